@@ -23,6 +23,7 @@ from sdpgrind import physics, plunge, units
 SIMULATION = plunge.preset("simulation")
 CONFIDENCE = 0.999
 PIECE = 50  # parts of one task
+BEYOND = (0.0, units.um(0.05), units.um(0.2))  # mm beyond the limit of roundness whose shares are told
 ALL = {"sharpness_sd": 0.1, "deflection_sd": 0.1, "contact_zero_sd": 0.01, "burning_sd": 0.03,
        "diffusivity_sd": 0.05, "power_gain_sd": 0.01}  # fmt: skip
 
@@ -46,8 +47,8 @@ class Row:
     low: float = 0.9
     """Wear flat area believed over the true one."""
     problem: plunge.CycleProblem = SIMULATION
-    roundness: float | None = None
-    """Bar: greatest out-of-roundness, mm."""
+    roundness: float = np.inf
+    """Bar: greatest out-of-roundness, mm; of a series: from its second part."""
     note: str = ""
 
 
@@ -169,14 +170,21 @@ def told(row: Row, executor: Executor, parts: int) -> str:
     except ValueError as refused:
         return f"| {row.name} | refused: {refused} ||||||"
     burned, over, roundness, remaining, first = found
-    beyond = roundness / row.problem.replace(**row.truth).roundness_max - 1.0 > 0.0
-    later = beyond[first == 0.0].mean() if row.series > 1 else beyond.mean()
+    later = roundness[first == 0.0] if row.series > 1 else roundness
+    beyond = later - row.problem.replace(**row.truth).roundness_max
+    shares = " / ".join(f"{100 * np.mean(beyond > each):.2f}" for each in BEYOND)
     error = np.nanstd(over) / np.sqrt(over.size)
-    bar = "" if np.isinf(row.over) else f" (bar +{row.over:g})"
     return (
-        f"| {row.name} | {int(burned.sum())} of {burned.size} (bar {row.burned} of {row.parts}) | {np.nanmean(over):+.2f} ± {error:.2f}{bar} |"
-        f" {1e3 * roundness.max():.3f} | {100 * later:.1f} | {1e3 * np.abs(remaining).max():.2f} | {row.note} |"
+        f"| {row.name} | {int(burned.sum())} of {burned.size} (bar {row.burned} of {row.parts})"
+        f" | {np.nanmean(over):+.2f} ± {error:.2f}{barred('+', row.over)}"
+        f" | {1e3 * roundness.max():.3f}{barred('', 1e3 * row.roundness)} | {1e3 * later.max():.3f} | {shares}"
+        f" | {1e3 * remaining.min():+.2f} {1e3 * remaining.max():+.2f} | {row.note} |"
     )
+
+
+def barred(sign: str, value: float) -> str:
+    """A bar in brackets; nothing: there is none."""
+    return "" if np.isinf(value) else f" (bar {sign}{value:g})"
 
 
 def inspected(executor: Executor) -> None:
@@ -245,8 +253,8 @@ def speed() -> None:
 
 
 HEAD = """
-| what | burned | time over the optimum [%] | greatest out-of-roundness [um] | beyond its limit [%] | least or greatest stock left [um] | |
-|---|---|---|---|---|---|---|"""
+| what | burned | time over the optimum [%] | worst out-of-roundness [um] | from part 2 | over its limit by 0, 0.05, 0.2 um from part 2 [%] | least and greatest stock left [um] | |
+|---|---|---|---|---|---|---|---|"""
 OTHERS: dict[str, Callable[..., None]] = {"severity": inspected, "etched": etched}
 
 

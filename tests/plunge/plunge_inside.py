@@ -14,6 +14,7 @@ from sdpgrind.plunge._identify import machine_start as machine_start
 from sdpgrind.plunge._identify import time_constant as time_constant
 from sdpgrind.plunge._identify.sharpness import samples as samples
 from sdpgrind.plunge._model import kernels as kernels
+from sdpgrind.plunge._model.always_burns import cooled as cooled
 from sdpgrind.plunge._model.chance import BurnChance as BurnChance
 from sdpgrind.plunge._model.dynamics import allowed_rate as allowed_rate
 from sdpgrind.plunge._model.dynamics import burn_depth as burn_depth

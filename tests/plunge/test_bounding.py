@@ -131,6 +131,7 @@ def test_rough_and_final_rate_of_a_controller():
     assert (plain.rough_rate, plain.final_rate) == (COARSE.command_rate_max, COARSE.final_rate)
 
 
+@pytest.mark.parametrize("ratio", [math.inf, 20.0, 6.0])
 @pytest.mark.parametrize(
     "chosen",
     [
@@ -141,8 +142,8 @@ def test_rough_and_final_rate_of_a_controller():
         {"stage_remaining": 0.09, "stage_rate": 0.0082},
     ],
 )
-def test_the_closed_form_against_the_simulated_part(chosen):
-    problem = COARSE.replace(sample_time=0.005)
+def test_the_closed_form_against_the_simulated_part(chosen, ratio):
+    problem = COARSE.replace(sample_time=0.005, grinding_ratio=ratio)
     controller = believed(problem, **chosen)
     time, slack, roundness = ground(problem, controller)
     own = program(problem)

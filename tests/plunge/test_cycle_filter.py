@@ -137,7 +137,26 @@ def compared(problem, seed, **options):
     scan, slowest = SafePosition(controller, mean, covariance), slowest_of(record, law)
     if scan.depth(slowest, scan.wheel(0.0))[0] > 0.0:
         return None
-    return rule.safe_position(record, law, ahead), scan.least(ahead, slowest, steps=120)
+    return rule.safe_position(record, law, ahead)[:2], scan.least(ahead, slowest, steps=120)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("ratio", [math.inf, 20.0])
+def test_the_reserve_at_size_is_in_standard_deviations(seed, ratio):
+    """Some of the position that ends there, by differences over all states; none where the wear is known."""
+    problem = PROBLEM.replace(grinding_ratio=ratio, wear=plunge.Wear(0.02))
+    known, doubted = (plunge.CycleController(problem.replace(wheel_wear_sd=sd)) for sd in (0.0, 0.05))
+    mean, covariance = drawn(np.random.default_rng(seed), problem, SDS)
+    end = opened(rule.end_position)
+
+    def position(controller, moved):
+        record, law = law_and_filter(controller, mean + moved, covariance)
+        return end(record, law, 0.004)
+
+    steps = np.diag([1e-4, 1e-5, 1e-4, 1e-4, 1e-4, 0.0, 0.0])
+    slope = [(position(known, step) - position(known, -step)) / (2 * step.max() or 1.0) for step in steps]
+    reserve = position(known, 0.0) - position(doubted, 0.0)
+    assert reserve == pytest.approx(rule.RESERVE * math.sqrt(slope @ covariance @ slope), rel=1e-5)
 
 
 problems = st.builds(

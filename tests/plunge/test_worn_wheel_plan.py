@@ -52,6 +52,34 @@ def test_three_ways(exact):
     assert exact.time > kept.time + 0.05
 
 
+@pytest.mark.parametrize("ratio", [20.0, 6.0])
+def test_three_stages_end_at_size_at_the_final_rate(ratio):
+    """The axis feeds for the wheel; without noise the part passes size by less than a sample, and is round.
+
+    The stages cost what they cost without wear, 0.5 % and a sample, and as much again for the slower stage.
+    """
+    problem = PROBLEM.replace(grinding_ratio=ratio)
+    controller = plunge.StagedController(problem)
+    log = hwsim.run(hwsim.PlungeGrinder(problem, noise=None), controller)
+    out, rate = log.outcome, problem.final_rate
+    assert -rate * problem.sample_time <= float(out.remaining[0]) <= 1e-6
+    assert problem.roundness_max - 5e-5 < float(out.roundness[0]) <= problem.roundness_max
+    assert not out.burned.any() and float(out.time[0]) < 1.03 * plunge.plan(problem).time
+    fed = np.nansum(log["controller"].command_rate_command.values) * problem.sample_time
+    wear = problem.model.wheel_wear * (problem.stock - float(out.remaining[0]))
+    assert fed == pytest.approx(problem.stock + wear + float(problem.model.deflection(rate)), abs=1e-4)
+
+
+def test_stages_that_wait_for_size_keep_the_rate_of_the_work():
+    """Believed too stiff: spark-out begins late enough to be fed on, by the way of work and wheel together."""
+    believed = PROBLEM.replace(stiffness=1.1 * PROBLEM.model.stiffness)
+    grinder = hwsim.PlungeGrinder(believed, truth=PROBLEM.model, noise=None)
+    log = hwsim.run(grinder, plunge.StagedController(believed))
+    fed = log["controller"].command_rate_command.values
+    assert fed[-2] == pytest.approx((1.0 + GAMMA) * PROBLEM.final_rate, rel=1e-12)
+    assert float(log.outcome.remaining[0]) < 2e-3
+
+
 def test_the_doubts_of_a_worn_wheel():
     """The depth that counts is that at the rate of the work: exact and by stages."""
     doubted = PROBLEM.replace(burning_sd=0.03, sharpness_sd=0.0)

@@ -92,11 +92,15 @@ class SampledCycle(ABC):
         return {"command_rate": float(command), "balancing": float(self.state[at.BALANCED])}
 
     def report(self) -> dict[str, float]:
-        """Return section, rate (mm/s), stock and contact zero (mm), wear flat area, scale of deflection."""
+        """Return section, rate (mm/s), stock and contact zero (mm), wear flat area, scale of deflection.
+
+        ``saturated`` is 1 where no infeed rate keeps the confidence at size, by what is known of the wheel
+        then, and the part is to end at the coolest; else 0.
+        """
         area = self.problem.model.wear_flat_area
         s = self.state
         values = (s[at.SECTION], s[at.RATE], s[at.REMAINING])
-        learned = (s[at.SHARPNESS] * area, s[at.ZERO], s[at.SCALE])
+        learned = (s[at.SHARPNESS] * area, s[at.ZERO], s[at.SCALE], s[at.SATURATED])
         return dict(zip(self.reports, map(float, (*values, *learned)), strict=True))
 
     def check_fed(self) -> None:

@@ -13,7 +13,20 @@ from sdpgrind.plunge._model.kernels import DeflectionLaw, _rate_near, _worn, bey
 
 RATES = 56  # chosen: rates between which E is linear: 0.05 um
 SLOWEST = 0.25  # chosen: least of them over the final rate, where that is safe at size
+RESERVE = 1.5  # chosen: standard deviations of the end position that are kept; see WAITED
 SLOWER = 0.01  # chosen: else least of them over that, where no rate is the coolest
+
+
+@compiled
+def variance_of_row(s):
+    """Variance of the sum of the estimates times `row`, of all but those of the power monitor."""
+    variance = 0.0
+    for i in range(GAIN):
+        across = 0.5 * s.cov[i * STATES + i] * s.row[i]
+        for j in range(i):
+            across += s.cov[i * STATES + j] * s.row[j]
+        variance += 2.0 * s.row[i] * across
+    return variance
 
 
 @compiled
@@ -34,12 +47,7 @@ def quantile_depth(s, law, core, v, root, w):
     s.row[Q], s.row[LOAD] = -1.0 - by_x * growth * stiff, by_x
     s.row[STIFFNESS], s.row[WEAR] = by_x * (x - s.mean[LOAD]) / stiff, -by_x * s.mean[Q] * stiff
     s.row[SHARPNESS] = (steep * core.K2 * w / slope - reach * core.heat2 * w / heat) / area
-    variance = 0.0
-    for i in range(GAIN):
-        across = 0.5 * s.cov[i * STATES + i] * s.row[i]
-        for j in range(i):
-            across += s.cov[i * STATES + j] * s.row[j]
-        variance += 2.0 * s.row[i] * across
+    variance = variance_of_row(s)
     static = (reach * law.burning_sd) ** 2 + (0.5 * depth * law.diffusivity_sd) ** 2
     return depth + np.sqrt(law.k_static**2 * static + law.k_filter**2 * max(variance, 0.0))
 
@@ -70,6 +78,31 @@ def _position(s, law, remaining, v):
     """Commanded position (mm) that leaves a stock (mm) at a rate (mm/s), if nothing more is commanded."""
     core, removed = worn_until(s, law, remaining), (1.0 + s.mean[WEAR]) * (law.stock - remaining)
     return removed + (core.K0 + beyond(v, core) - s.mean[LOAD]) / s.mean[STIFFNESS]
+
+
+@compiled(inline="always")
+def keeps_reserve(law):
+    """Whether the wear of the wheel is doubted, and learned."""
+    return law.online and law.wear_sd > 0.0
+
+
+@compiled
+def end_position(s, law, v):
+    """Commanded position (mm) that ends at size at a rate (mm/s), less a share of its standard deviation.
+
+    So a part comes to size a little slower rather than too fast, and need not wait beyond it to be round.
+    Where the wear of the wheel is known, sizes are passed by 0.2 um at most, and nothing is kept; nor is it
+    where nothing is learned, as a doubt that lasts would cost seconds.
+    """
+    position = _position(s, law, 0.0, v)
+    if not keeps_reserve(law):
+        return position
+    core, stiff = worn_until(s, law, 0.0), s.mean[STIFFNESS]
+    by_area = law.K2 * v**law.p / stiff
+    s.row[Q], s.row[LOAD], s.row[WEAR] = -law.growth * by_area, -1.0 / stiff, law.stock
+    s.row[STIFFNESS] = (s.mean[LOAD] - core.K0 - beyond(v, core)) / stiff**2
+    s.row[SHARPNESS] = by_area
+    return position - RESERVE * np.sqrt(max(variance_of_row(s), 0.0))
 
 
 @compiled
@@ -104,16 +137,20 @@ def _slowest(s, law):
 
 @compiled
 def safe_position(s, law, ahead):
-    """Greatest commanded position (mm), and the rate at size (mm/s); `ahead` (mm): removed before it acts."""
+    """Greatest commanded position (mm), rate at size (mm/s), and whether no rate is safe there.
+
+    `ahead` (mm): removed before the command acts. Where no rate is safe, that at size is the coolest.
+    """
     now, margin = max(law.stock - s.mean[Q] - ahead, 0.0), law.safety_margin
     allowed = 0.0 if law.no_burn else max(now - margin, 0.0)  # depth of damage
     v = _slowest(s, law)
     step = (law.rate_max / v) ** (1.0 / (RATES - 1))
     root, w, root_step, w_step = np.sqrt(np.sqrt(v)), v**law.p, np.sqrt(np.sqrt(step)), step**law.p
-    last, before, end, least = v, np.inf, 0.0, np.inf
+    last, before, end, least, saturated = v, np.inf, 0.0, np.inf, 0.0
     for _ in range(RATES):
         depth = depth_ahead(s, law, v, root, w)
         if depth > 0.0 and end <= 0.0:  # the greatest rate that is safe without stock
+            saturated = 1.0 if before == np.inf else 0.0
             end = _rate_at(s, law, last, before, v, depth, 0.0)
             least = min(least, _position(s, law, min(margin, now), end))
         if depth > allowed:
@@ -125,4 +162,4 @@ def safe_position(s, law, ahead):
         v, root, w = v * step, root * root_step, w * w_step
     least = min(least, _position(s, law, now, last))
     final = law.final_rate if end <= 0.0 else min(law.final_rate, end)
-    return min(least, _position(s, law, 0.0, final)), final
+    return min(least, end_position(s, law, final)), final, saturated

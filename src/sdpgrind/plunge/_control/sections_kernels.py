@@ -52,8 +52,9 @@ def _predict(state, law, core):
     if law.form == PRINTED:
         _predict_printed(state, law)
         return
-    state[Y], state[RATE] = _deflected(before, state[RATE], u, dt, 1, core)
-    state[REMAINING] -= u * dt - (state[Y] - before)
+    lost = 1.0 + law.wheel_wear  # of work and wheel: y' = u - lost v, that of no wear at u/lost for lost dt
+    state[Y], state[RATE] = _deflected(before, state[RATE], u / lost, lost * dt, 1, core)
+    state[REMAINING] -= (u * dt - (state[Y] - before)) / lost
 
 
 @compiled(inline="always")
@@ -116,11 +117,12 @@ def _spark_out(state, law):
 @compiled
 def _staged(state, law, core):
     """Rough rate, stage rate, spark-out; a weighted mean in the sample that crosses a switch."""
+    lost = 1.0 + law.wheel_wear
     if state[SECTION] == SPARK_OUT:
-        return _spark_out(state, law)
+        return lost * _spark_out(state, law)
     command = _stage(state, law, core)
     kept = beyond(min(law.final_rate, law.burn_rate), core)
-    allowed = law.stock + law.K0 + kept - state[COMMANDED]  # until the deflection left ends at size
+    allowed = lost * law.stock + law.K0 + kept - state[COMMANDED]  # until the deflection left ends at size
     if command * law.sample_time < allowed:
         return command
     state[SECTION] = SPARK_OUT
@@ -132,7 +134,8 @@ def _stage(state, law, core):
     """Rough rate, then the stage rate."""
     if state[SECTION] == BALANCE:
         return law.stage_rate
-    reach = _rate_near(state[Y] + (law.rough_rate - state[RATE]) * law.sample_time, state[RATE], core)
+    swells = law.rough_rate - (1.0 + law.wheel_wear) * state[RATE]  # rate of the deflection, mm/s
+    reach = _rate_near(state[Y] + swells * law.sample_time, state[RATE], core)
     ahead = 0.5 * (state[RATE] + reach) * law.sample_time
     left = state[REMAINING] - law.stage_remaining
     if left >= ahead:

@@ -15,8 +15,9 @@ FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)  # sections of a cycle
 # counts for the slack; rejected sizes in a row, stock removed since the size changed (mm), last size.
 SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, BALANCED, MISSED, FROZEN, SIZE = range(10)
 # Contact, missing powers in a row, mean and number of sizes before contact, sizes in a row that grow without
-# power; contact zero, deflection and wear flat area over the model as estimated. Then the filter of the part.
-TOUCHED, UNPOWERED, SIZE_OFFSET, READ, GROWN, ZERO, SCALE, SHARPNESS, FILTERED = range(10, 19)
+# power; contact zero, deflection and wear flat area over the model as estimated, whether no infeed rate keeps
+# the confidence at size. Then the filter of the part.
+TOUCHED, UNPOWERED, SIZE_OFFSET, READ, GROWN, ZERO, SCALE, SHARPNESS, SATURATED, FILTERED = range(10, 20)
 STATES = FILTERED + FILTER.itemsize // 8
 NO, YES, BELIEVED = range(3)  # contact; BELIEVED: by the command, as power is missing
 MISSED_MAX = 5  # chosen: rejected sizes in a row that end the part; missing powers before contact is assumed
@@ -30,6 +31,7 @@ REPORTS: Mapping[str, str] = {
     "wear_flat_area": "",
     "contact_zero": "mm",
     "deflection_scale": "",
+    "saturated": "",
 }  # name -> unit, in the order of `SampledCycle.report` and of the table of a simulated part
 
 
@@ -69,7 +71,8 @@ def law_of(problem: CycleProblem, final_rate: float, **settings: float) -> Float
 
 def staged_law(problem: CycleProblem, remaining: float, rate: float, **settings: float) -> Floats:
     """Row of `LAW` for three stages: switching stock (mm) and stage rate (mm/s)."""
-    stages = {"form": STAGED, "stage_remaining": remaining, "stage_rate": rate}
+    wear = problem.model.wheel_wear
+    stages = {"form": STAGED, "stage_remaining": remaining, "stage_rate": rate, "wheel_wear": wear}
     return law_of(problem, **({"final_rate": final_rate(problem, 0.0)} | stages | settings))
 
 

@@ -1,6 +1,9 @@
-"""What would do where the work burns at every infeed rate: a smaller wear flat area, or a greater B."""
+"""Wear flat areas and limits B at which the work burns at every infeed rate, and the nearest at which not."""
 
 from collections.abc import Callable
+from math import exp
+
+import numpy as np
 
 from sdpgrind import physics
 from sdpgrind.plunge._model.model import PlungeModel
@@ -26,6 +29,23 @@ def always_burns(model: PlungeModel) -> str:
         f"wear_flat_area must be <= {most}, or burning.B >= {least} {unit}: the work burns at every infeed"
         f" rate; {got}"
     )
+
+
+def cooled(before: PlungeModel, learned: PlungeModel, reserve: float) -> PlungeModel:
+    """Learned model; where its work burns at every rate, with an area and a B nearer those before.
+
+    They go as far as some rate stays `reserve` (ln of temperature) below burning, which one does `before`.
+    """
+    first, last = (np.array([m.wear_flat_area, m.burning.B]) for m in (before, learned))
+
+    def allowed(share: float) -> bool:
+        area, B = first + share * (last - first)
+        return not _burns(learned, float(area), float(B) * exp(-reserve))
+
+    if allowed(1.0):
+        return learned
+    area, B = first + _edge(allowed, 0.0, 1.0) * (last - first)
+    return learned.replace(wear_flat_area=float(area), burning=learned.burning.replace(B=float(B)))
 
 
 def _burns(model: PlungeModel, area: float, B: float) -> bool:

@@ -252,6 +252,7 @@ def grind(state, rig, control, law, normals, table, row):
         table[row, 6], table[row, 7] = control[at.SECTION], control[at.RATE]
         table[row, 8], table[row, 9] = control[at.REMAINING], control[at.SHARPNESS]
         table[row, 10], table[row, 11] = control[at.ZERO], control[at.SCALE]
+        table[row, 12] = control[at.SATURATED]
         row += 1
         update_slacks(state, rig, control[at.BALANCED] > 0.0)
         if ended:

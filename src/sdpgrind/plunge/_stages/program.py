@@ -1,9 +1,10 @@
 """Cycle of three stages as a small nonlinear program in CasADi.
 
-At a command u the rate is v = u + (v0 - u) e^-s, and dt = tau(v) ds with the local time constant tau: times
-and infeeds are sums over s. Unknowns: the settings (rough rate u1, stage rate u2, switching stock r1, final
-rate v_f) and the lengths s1, s2 of both stages, which r1 and the start of spark-out determine. Damage is
-compared with the stock at levels of the rate from the burn rate to the greatest.
+At a command u = (1 + gamma) w, gamma the wheel's wear per stock, the rate is v = w + (v0 - w) e^-s, and
+(1 + gamma) dt = tau(v) ds with the local time constant tau: times and infeeds are sums over s. Unknowns: the
+settings (rough rate u1, stage rate u2, switching stock r1, final rate v_f) and the lengths s1, s2 of both
+stages, which r1 and the start of spark-out determine. Damage is compared with the stock at levels of the rate
+from the burn rate to the greatest.
 """
 
 from collections.abc import Mapping
@@ -45,7 +46,12 @@ class StageProgram:
     @cached_property
     def stage_rate_max(self) -> float:
         """Greatest stage rate (mm/s), without burning."""
-        return float(min(self.problem.model.burn_rate, 0.5 * self.problem.command_rate_max))
+        return float(min(self.lost * self.problem.model.burn_rate, 0.5 * self.problem.command_rate_max))
+
+    @property
+    def lost(self) -> float:
+        """Way of the axis per stock, 1 + gamma: of work and wheel, unit 1."""
+        return 1.0 + self.problem.model.wheel_wear
 
     @cached_property
     def burns(self) -> bool:
@@ -113,18 +119,20 @@ class StageProgram:
 
         core, model, stock = self.problem.model.core, self.problem.model, self.problem.stock
         u1, u2, r1, final, s1, s2 = (x[k] for k in range(_UNKNOWNS))
-        v1 = u1 * (1 - casadi.exp(-s1))
-        v2 = u2 + (v1 - u2) * casadi.exp(-s2)
-        first, second = _duration(u1, 0.0, s1, core), _duration(u2, v1, s2, core)
+        w1, w2 = u1 / self.lost, u2 / self.lost
+        v1 = w1 * (1 - casadi.exp(-s1))
+        v2 = w2 + (v1 - w2) * casadi.exp(-s2)
+        first, second = _duration(w1, 0.0, s1, core), _duration(w2, v1, s2, core)
         last = _duration(0.0, v2, casadi.log(v2 / final), core)
-        switch = stock - u1 * first + _beyond(v1, core)
-        conditions = [r1 - switch, u1 * first + u2 * second - stock - _beyond(final, core)]
-        conditions += self._layers(u1 * first, u2, v1, v2) if self.burns else []
+        switch = stock - (w1 * first - _beyond(v1, core)) / self.lost
+        fed = w1 * first + w2 * second
+        conditions = [r1 - switch, fed - self.lost * stock - _beyond(final, core)]
+        conditions += self._layers(w1 * first, w2, v1, v2) if self.burns else []
         conditions += [model.roundness_base + model.roundness_gain * final / model.turns]
         conditions += [core.power0 + core.power1 * v1 + core.power2 * v1**core.p, final - v2]
-        return core.K0 / u1 + first + second + last, conditions
+        return core.K0 / u1 + (first + second + last) / self.lost, conditions
 
-    def _layers(self, commanded: Any, u2: Any, v1: Any, v2: Any) -> list[Any]:
+    def _layers(self, commanded: Any, w2: Any, v1: Any, v2: Any) -> list[Any]:
         """Damage less stock (mm) while the rate falls from v1 to the burn rate."""
         import casadi
 
@@ -135,10 +143,9 @@ class StageProgram:
         for v in [*levels, corner]:
             fed = casadi.fmax(v, v2)  # no feed below v2
             if v is not corner:
-                commanded += u2 * _duration(u2, above, casadi.log((above - u2) / (fed - u2)), core, _COARSE)
-            layers.append(
-                burn_depth(v, core, casadi.log) - (self.problem.stock - commanded + _beyond(v, core))
-            )
+                commanded += w2 * _duration(w2, above, casadi.log((above - w2) / (fed - w2)), core, _COARSE)
+            removed = (commanded - _beyond(v, core)) / self.lost
+            layers.append(burn_depth(v, core, casadi.log) - (self.problem.stock - removed))
             above = fed
         return layers
 
@@ -198,7 +205,7 @@ class StageProgram:
 
 
 def _duration(u: Any, start: Any, span: Any, core: PlungeCore, nodes: int = _FINE) -> Any:
-    """Time (s) at a command u from a rate `start` until v = u + (start - u) e^-span."""
+    """Time (s) at a command u from a rate `start` until v = u + (start - u) e^-span, without wheel wear."""
     import casadi
 
     total: Any = 0.0

@@ -16,7 +16,7 @@ def fastest_stages(problem: CycleProblem, margin: float) -> tuple[float, float]:
 
     For each rate the switch is a root of the slack; the rate is then one minimum.
     """
-    high = min(problem.model.burn_rate, problem.command_rate_max)
+    high = min((1.0 + problem.model.wheel_wear) * problem.model.burn_rate, problem.command_rate_max)
     low = min(1.5 * problem.final_rate, 0.5 * high)
     rates = np.geomspace(low, high, _GRID)
     times = [_time(problem, rate, margin) for rate in rates]

@@ -8,6 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge.learning._attainable import changed
 from sdpgrind.plunge.learning._carried import CarriedState
 from sdpgrind.plunge.learning._margins import ChanceMargin, RoundnessMargin, adaptable
 from sdpgrind.plunge.learning._threshold_update import ThresholdUpdate
@@ -44,9 +45,8 @@ class SharpnessUpdate:
             if not estimate.ok:
                 return controller
             area = estimate["wear_flat_area"]
-        return controller.replace(
-            problem=controller.problem.replace(wear_flat_area=float(np.clip(area, 1e-4, 1.0)))
-        )
+        learned = changed(controller.problem, wear_flat_area=float(np.clip(area, 1e-4, 1.0)))
+        return controller.replace(problem=learned)
 
 
 class Chain:

@@ -52,24 +52,33 @@ class ThresholdUpdate:
         self.by = checks.one_of("by", by, _READINGS)
         self.threshold = BurnThreshold(problem)
         self._first: CycleController | None = None
+        self._taught = False
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
         """Return `controller` with B, J/(mm^2 s^(1/2)), and its doubt as learned from `part_log`."""
-        if self._first is None:  # the confidence asked for, which a part may have to fall short of
+        if self._first is None:
             self._first = adaptable(controller)
-            self.threshold.confidence = controller.confidence
-        stated = part_log.outcome
-        if _READINGS[self.by] not in stated:
+            asked = part_log.outcome.attrs.get("confidence", controller.confidence)
+            self.threshold.confidence = float(asked)  # of the series, which a part may have to fall short of
+        self._read(part_log)
+        if not self._taught:
             return controller
-        reading = float(stated[_READINGS[self.by]].values[-1])
-        if not np.isfinite(reading):
-            return controller
-        known = {name: float(stated.attrs[name]) for name in _ERRORS[self.by] if name in stated.attrs}
-        read: dict[str, Any] = {self.by: bool(reading) if self.by == "burned" else reading, **known}
-        self.threshold.update(part_log, part=None, **read)
-        if not self.threshold.estimate.ok:
-            warn(self.threshold.estimate.message)
-        found = self.threshold.estimate
+        found = self.threshold.estimate  # again without a reading: the wheel may allow what it did not before
         burning = controller.problem.model.burning.replace(B=found["B"])
         learned = changed(controller.problem, burning=burning, burning_sd=found["burning_sd"])
         return informed(controller, learned, self.threshold.confidence)
+
+    def _read(self, part_log: Any) -> None:
+        """Update the threshold by the reading of a part, if there is one."""
+        stated = part_log.outcome
+        if _READINGS[self.by] not in stated:
+            return
+        reading = float(stated[_READINGS[self.by]].values[-1])
+        if not np.isfinite(reading):
+            return
+        known = {name: float(stated.attrs[name]) for name in _ERRORS[self.by] if name in stated.attrs}
+        read: dict[str, Any] = {self.by: bool(reading) if self.by == "burned" else reading, **known}
+        self.threshold.update(part_log, part=None, **read)
+        self._taught = True
+        if not self.threshold.estimate.ok:
+            warn(self.threshold.estimate.message)
