@@ -130,3 +130,10 @@ def test_what_is_refused():
         Profile(readings(turn(1, 60))).remove_asperities()
     with pytest.raises(ValueError, match=r"sigmas must be > 2, where an asperity ends; got 1\.0"):
         profile.remove_asperities(1.0)
+
+
+def test_form_without_noise_has_no_asperities():
+    """What the robust form leaves of two waves is curvature, far below a ten thousandth of them."""
+    angle = turn(1, 512)
+    form = 1e-3 * np.cos(2 * angle) + 4e-4 * np.cos(7 * angle - 1.0)
+    assert Profile(30.0 + form).remove_asperities().steps[0].startswith("no asperity more than 6 sd")

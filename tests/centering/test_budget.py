@@ -246,3 +246,18 @@ def test_an_instrument_is_read_from_a_file(tmp_path):
     path.write_text('[instrument]\nspindle_error = "0.05 um"\ngain_sd = "1 %"\ntemperature_sd = 0.01\n')
     found = read(path, lambda table: table.table("instrument").one(Instrument))
     assert found == Instrument(spindle_error=units.um(0.05), gain_sd=0.01, temperature_sd=0.01)
+
+
+def test_temperature_needs_the_radius():
+    noise = 1e-5 * np.random.default_rng(0).normal(size=ANGLE.size)
+    form = Profile.from_deviation(FORM + noise, radius=None, centred=True).filter(upr=50).roundness()
+    with pytest.raises(ValueError, match=r"temperature_sd needs the radius \(mm\).*got 0.05 K"):
+        form.budget(Instrument(temperature_sd=0.05))
+    assert form.budget(Instrument(gain_sd=0.01)).sd > 0
+
+
+def test_a_limit_in_micrometres_is_refused(circles):
+    circle = measured(1e-5).filter(upr=50).roundness()
+    for decides in (circle, circle.budget(TESTER)):
+        with pytest.raises(ValueError, match=r"limit must be in mm, some 0.003; units.um\(...\)"):
+            decides.conforms(2.5)

@@ -142,3 +142,13 @@ def test_the_chance_is_as_often_right():
     score = ndtri(chances)
     assert abs(score.mean()) < 3.3 / np.sqrt(20)
     assert 0.48 < np.sqrt(np.mean(score**2)) < 1.52  # 3.3 sd of 1/sqrt(40) about 1
+
+
+def test_a_rotation_in_degrees_is_refused_and_a_wrong_one_warns():
+    before, after = ring(BEFORE).filter(upr=50), ring(ground(), by=1.0).filter(upr=50)
+    with pytest.raises(
+        ValueError, match=r"rotation must be within a turn; units.deg\(...\) for degrees .*got 57"
+    ):
+        after.compare(before, rotation=57.3)
+    with pytest.warns(UserWarning, match="hardly alike, turned by 2.571 rad: their correlation is -"):
+        after.compare(before, rotation=1.0 + np.pi / 2)

@@ -115,3 +115,14 @@ def test_the_page_holds_harmonics_against_limits():
     )
     assert "3 upr: amplitude 0.4" in told and "µm (95 %), limit 0.5 µm: kept" in told
     assert "42 upr: amplitude 0.0" in told and "limit 0.081 µm: not decided" in told
+
+
+def test_each_limit_counts_its_own_band():
+    told = ring(1e-6).report(limits={(2, 5): 1e-4, (2, 15): 1e-4})
+    assert "2 to 5 upr: largest amplitude at 3 upr" in told and told.count(", 2 above it") == 1
+    assert told.count("above it") == 1
+
+
+def test_limits_as_a_file_holds_them_are_checked():
+    with pytest.raises(ValueError, match="limits"):
+        ring().harmonics(60, limits=((2, 3, -5.0),))

@@ -190,3 +190,18 @@ def test_sections_that_are_refused():
         Profile.read(SHAFT, section="nr", **call)
     with pytest.raises(ValueError, match=r"ring\.x3p holds one section"):
         Profile.read(SAMPLES / "ring.x3p", radius=40.0, section=("nr", 1))
+
+
+def test_a_text_of_deviations_alone_is_an_even_turn(tmp_path):
+    path = tmp_path / "ring.csv"
+    path.write_text("deviation (um)\n" + "\n".join(f"{1e3 * each:.9f}" for each in FORM))
+    profile = Profile.read(path, deviation="deviation", radius=30.0)
+    np.testing.assert_allclose(profile.reading, 30.0 + FORM, atol=1e-12)
+    np.testing.assert_allclose(profile.angle, EVEN, atol=1e-12)
+
+
+def test_sections_need_the_radius():
+    """That of each was assumed from its own largest deviation: together they would be metres apart."""
+    profiles = [Profile.from_deviation(k * FORM, radius=None, centred=True) for k in (1.0, 1.1, 1.2, 1.3)]
+    with pytest.raises(ValueError, match="profiles needs the radius"):
+        Sections(profiles, [0.0, 10.0, 20.0, 30.0])

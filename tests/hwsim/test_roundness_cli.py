@@ -72,3 +72,16 @@ def test_a_wrong_key_of_the_tester_is_named(ring, capsys, tmp_path):
     tester.write_text("[instrument]\nspindle_eror = 1e-5\n")
     code, _, err = told(capsys, ring, *COLUMNS, "--instrument", tester)
     assert code == 2 and "instrument.spindle_eror is not a key; is instrument.spindle_error meant?" in err
+
+
+def test_the_only_column_of_angles_is_taken(ring, capsys, tmp_path):
+    named = tmp_path / "named.csv"
+    named.write_text(ring.read_text().replace("phi;", "phi [deg];", 1))
+    code, out, _ = told(capsys, named, "--deviation", "dev", "--radius", "30", "--limit", "2.5um")
+    assert code == 0 and out == told(capsys, ring, *COLUMNS, "--limit", "2.5um")[1].replace(
+        "ring.csv", "named.csv"
+    )
+    code, _, err = told(capsys, ring, "--deviation", "dev", "--radius", "30")
+    assert code == 2 and "--angle must name one column with its unit, as phi:deg; ring.csv has 'phi'" in err
+    code, _, err = told(capsys, ring, *COLUMNS, "--filter", "none", "--upr", "15")
+    assert code == 2 and "--upr must be left out with --filter none; got '15'" in err

@@ -22,7 +22,7 @@ _POINTS = (
 _MEDIAN = 1.4826  # derived: standard deviation over median absolute deviation of a normal distribution
 _FOOT = 2.0  # chosen: sd; an asperity ends where the residual falls below it
 _MOST = 0.02  # chosen: share of the readings; more is form
-_ROUNDING = 16 * np.finfo(float).eps  # chosen: residual over the reading that is arithmetic
+_SMOOTH = 1e-4  # chosen: residual over the range of the readings that is curvature, not noise
 
 
 class Outstanding(NamedTuple):
@@ -49,13 +49,13 @@ def without_asperities(profile: Measured, asked: Outstanding) -> Made:
         rule = f"at least {LEAST} samples for remove_asperities"
         raise ValueError(f"reading must have {rule}; got {profile.angle.size}")
     height = _height(profile)
-    scale = max(_MEDIAN * float(np.median(np.abs(height))), _ROUNDING * float(profile.reading.max()))
+    scale = max(_MEDIAN * float(np.median(np.abs(height))), _SMOOTH * float(np.ptp(profile.deviation)))
     order = np.argsort(profile.part_angle, kind="stable")
     runs = _runs(height[order] / scale, profile.part_angle[order], asked)
     out = np.zeros(height.size, dtype=bool)
     out[order] = np.isin(runs.of_point, runs.outstanding)
     _refuse_form(out, asked)
-    told = _told(height[out], runs.outstanding.size, asked, scale)
+    told = _told(height[out], runs, asked, scale)
     removed = np.column_stack([profile.angle, profile.reading, height])[out]
     return _without(profile, out, tuple(map(tuple, removed.tolist())), told)
 
@@ -74,10 +74,11 @@ def _height(profile: Measured) -> Floats:
 
 
 class _Runs(NamedTuple):
-    """Run of neighbours that each point in order belongs to, -1: none; numbers of those that stand out."""
+    """Run of neighbours of each point in order, -1: none; numbers of those that stand out, widths (rad)."""
 
     of_point: Floats
     outstanding: Floats
+    widths: Floats
 
 
 def _runs(height: Floats, angle: Floats, asked: Outstanding) -> _Runs:
@@ -85,18 +86,17 @@ def _runs(height: Floats, angle: Floats, asked: Outstanding) -> _Runs:
     raised = np.abs(height) if asked.both else height
     near = np.abs(height) >= _FOOT
     if np.all(near):
-        return _Runs(np.zeros(height.size), np.zeros(1))
+        return _Runs(np.zeros(height.size), np.zeros(1), np.full(1, 2 * np.pi))
     first = int(np.flatnonzero(~near)[0])  # the turn is opened at a point of no run
     opened = np.roll(near, -first)
     number = np.where(opened, np.cumsum(np.diff(opened, prepend=False) & opened), -1)
     of_point = np.roll(number, first)
     found = np.unique(of_point[near & (raised > asked.sigmas)])
-    if asked.width is None:
-        return _Runs(of_point, found)
     place = np.roll(angle, -first)
     place[angle.size - first :] += 2 * np.pi * np.ceil((angle[-1] - angle[0]) / (2 * np.pi) - 1e-9)
-    narrow = [run for run in found if float(np.ptp(place[number == run])) <= asked.width]
-    return _Runs(of_point, np.array(narrow))
+    widths = np.array([np.ptp(place[number == run]) for run in found])
+    narrow = widths <= (np.inf if asked.width is None else asked.width)
+    return _Runs(of_point, found[narrow], widths[narrow])
 
 
 def _refuse_form(out: Bools, asked: Outstanding) -> None:
@@ -108,15 +108,18 @@ def _refuse_form(out: Bools, asked: Outstanding) -> None:
         )
 
 
-def _told(height: Floats, count: int, asked: Outstanding, scale: float) -> str:
+def _told(height: Floats, runs: _Runs, asked: Outstanding, scale: float) -> str:
     """Sentence on the readings that were taken out."""
     off = "off" if asked.both else "above"
     least = f"more than {asked.sigmas:g} sd ({UM * asked.sigmas * scale:.2g} µm) {off} the form"
     if not height.size:
         return f"no asperity {least}"
+    count = runs.outstanding.size
     places = f"{count} asperities" if count > 1 else "1 asperity"
+    wide = f"at most {np.degrees(runs.widths.max()):.2g} degrees wide"
     highest = UM * float(height[np.argmax(np.abs(height))])
-    return f"{counted(height.size, 'reading')} of {places} {least} taken out, up to {highest:.3g} µm"
+    said = f"{counted(height.size, 'reading')} of {places} {least} taken out"
+    return f"{said}, up to {highest:.3g} µm, {wide}"
 
 
 def _without(profile: Measured, out: Bools, removed: tuple[tuple[float, ...], ...], told: str) -> Made:

@@ -14,7 +14,7 @@ from centering.roundness._budget_rows import AT_BOTH_ENDS, BudgetRow, rows_of, s
 from centering.roundness._circle_noise import NORMS
 from centering.roundness._circle_protocol import Circle
 from centering.roundness._instrument import Instrument
-from centering.roundness._roundness_interval import RoundnessInterval, decided
+from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm
 from sdpgrind.base import checks, notebook, stored
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.by_name import called
@@ -138,7 +138,7 @@ class Budget(Described, ByValue, Result):
             "accepted" where the whole interval is within the limit, "rejected" where it is above, else "not
             decided".
         """
-        return decided(self.interval(), checks.positive("limit", limit, "mm"))
+        return decided(self.interval(), limit_in_mm("limit", limit))
 
     def report(
         self, path: str | os.PathLike[str] | None = None, *, limits: Mapping[Any, float] | None = None
@@ -223,6 +223,11 @@ def _shown(row: BudgetRow) -> tuple[str, str]:
 def budget_of(circle: Circle, instrument: Instrument, height: float | None) -> Budget:
     """The budget of a circle by a tester; its noise is the profile's, or that of the tester."""
     checks.kind("instrument", instrument, Instrument)
+    if instrument.temperature_sd and not circle.origin.radius_known:
+        raise ValueError(
+            "temperature_sd needs the radius (mm), which deviations from the tester's own circle do not tell:"
+            f" give Profile.from_deviation its radius; got {instrument.temperature_sd:g} K"
+        )
     if height is None and instrument.spindle_error_per_height:
         raise ValueError("height must be given (mm): the error of this spindle grows with it; got None")
     if not circle.noise_sd.size and instrument.noise_sd and "robust" not in circle.filter:

@@ -1,6 +1,6 @@
 """Comparison of a part before and after grinding: rotation, harmonics, chance that RONt fell."""
 
-import warnings
+from math import pi
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +14,7 @@ from centering.roundness._roundness import Roundness
 from centering.roundness._roundness_interval import RoundnessInterval
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats
+from sdpgrind.base.warned import warn
 
 _FADED = 1e-3  # chosen: amplitude over the largest before; the table ends at the last harmonic above it
 _ALIKE = 0.5  # chosen: correlation below which two forms hardly tell a rotation
@@ -76,7 +77,13 @@ def _rotation(before: Harmonics, after: Harmonics, given: float | None) -> tuple
         _warn_of_doubt(tops(alike), float(alike.max()) / sizes)
     else:
         turn = 0.0 if given is None else checks.number("rotation", given, "rad")
+        if abs(turn) > 2 * pi:
+            raise checks.refuse("rotation", "within a turn; units.deg(...) for degrees", turn, "rad")
     found = float(np.sum(shared * np.exp(-1j * before.upr * turn)).real)
+    if given is not None and sizes > 0 and found / sizes < _ALIKE:
+        warn(
+            f"the forms are hardly alike, turned by {turn:.4g} rad: their correlation is {found / sizes:.2g}"
+        )
     return turn, found / sizes if sizes > 0 else 0.0
 
 
@@ -88,10 +95,9 @@ def _warn_of_doubt(count: int, alike: float) -> None:
     """Warn where forms do not tell the rotation."""
     if count > 1 or alike < _ALIKE:
         why = f"{count} rotations fit alike" if count > 1 else f"the best correlation is {alike:.2g}"
-        warnings.warn(
+        warn(
             f"the forms hardly tell how the part was turned between the measurements: {why}; rotation= of an"
-            " indexed part makes the removed form sure",
-            stacklevel=4,
+            " indexed part makes the removed form sure"
         )
 
 

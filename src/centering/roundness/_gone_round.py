@@ -5,12 +5,9 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.columns.read import opened
-from sdpgrind.base.columns.sheet import ColumnHead
+from sdpgrind.base.columns.angles import angle_headings
 from sdpgrind.base.columns.taken import Rules
-from sdpgrind.base.unit_text import factor
 
-_NAMES = ("angle", "phi", "theta", "winkel")  # chosen: headers of angles without a unit
 _TURN = 2 * np.pi
 _WHOLE = 0.75  # chosen: share of the turn below which a ring was not gone round, or the angle is another one
 _OVERLAP = 0.25  # chosen: share of a turn that is there twice from which on the two are compared
@@ -20,22 +17,11 @@ _SMOOTH = 0.5  # chosen: correlation of neighbours; the difference of two turns 
 
 def refuse_unnamed_angle(data: Any, rules: Rules) -> None:
     """Refuse a file with a column of angles that was not named: its rows need not be one even turn."""
-    for sheet in opened(data, rules)[1]:
-        for each in sheet.headings:
-            if _is_angle(each):
-                raise ValueError(
-                    "angle must be named, and either reading or deviation, where a file has a column of"
-                    f' angles: angle="{each.name}"; {sheet.where} has {each.header!r}'
-                )
-
-
-def _is_angle(head: ColumnHead) -> bool:
-    """Whether the unit of a column, or its name, is that of an angle."""
-    try:
-        factor(head.unit or "", "rad")
-    except ValueError:
-        return head.name.lower() in _NAMES
-    return True
+    for where, each in angle_headings(data, rules):
+        raise ValueError(
+            "angle must be named, and either reading or deviation, where a file has a column of"
+            f' angles: angle="{each.name}"; {where} has {each.header!r}'
+        )
 
 
 def refuse_part_of_a_turn(angle: Floats, file: str, meant: str) -> None:

@@ -37,7 +37,9 @@ class Exceeded(NamedTuple):
 def limits_of(name: str, given: Any) -> Limits:
     """Return limits from a mapping of bands or harmonics to lengths (mm), checked, from the lowest on."""
     if isinstance(given, tuple):  # as a file holds them
-        return tuple((int(low), int(high), float(most)) for low, high, most in given)
+        return tuple(
+            (*_band(name, (low, high)), _limit(f"{name}[{low}, {high}]", most)) for low, high, most in given
+        )
     if not isinstance(given, Mapping):
         form = "a mapping as {(2, 15): units.um(0.5), 42: units.um(0.05)} (mm)"
         raise TypeError(f"{name} must be {form}; got {checks.shown(given)}")

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from centering.roundness._harmonic_limits import limits_of
 from centering.roundness._harmonics import Harmonics
 from sdpgrind.base.units import UM
 
@@ -22,7 +23,7 @@ def measured_for(profile: Any, limits: Mapping[Any, float]) -> Harmonics | None:
     """Harmonics of a profile up to the highest of the limits (mm), with these; None without limits."""
     if not limits:
         return None
-    highest = max(max(key) if isinstance(key, tuple) else key for key in limits)
+    highest = max(high for _, high, _ in limits_of("limits", limits))
     found: Harmonics = profile.harmonics(highest, limits=limits)
     return found
 
@@ -37,7 +38,7 @@ def _verdict(found: Harmonics, low: int, high: int, most: float) -> str:
     within = np.flatnonzero((found.upr >= low) & (found.upr <= high))
     worst = within[np.argmax(found.amplitude[within])]
     size, sd = float(found.amplitude[worst]), _SURE * float(found.sd[worst])
-    above = sum(low <= row.upr <= high and row.limit == most for row in found.exceeds)
+    above = int(np.sum(found.amplitude[within] > most))
     others = f", {above} above it" if above > 1 else ""
     band = f"{low} to {high} upr: largest amplitude at {found.upr[worst]:g} upr"
     name = band if high > low else f"{low} upr: amplitude"

@@ -10,10 +10,9 @@ from centering.roundness._circle_noise import NORMS
 from centering.roundness._harmonic_verdicts import harmonic_verdicts, measured_for, split_limits
 from centering.roundness._harmonics import above_noise
 from centering.roundness._roundness import Roundness
-from centering.roundness._roundness_interval import RoundnessInterval
+from centering.roundness._roundness_interval import RoundnessInterval, limit_in_mm
 from sdpgrind.base import checks
 from sdpgrind.base.by_name import called
-from sdpgrind.base.quantities import another_unit
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Listing, Picture, Sentences
 from sdpgrind.base.units import UM
@@ -23,7 +22,6 @@ FORM = {"RONt": "value", "RONp": "ron_p", "RONv": "ron_v", "RONq": "ron_q"}  # s
 _NAMES = {f"{name} ({kind})": (name, kind) for kind in _CIRCLES for name in FORM}
 _NAMES |= {name: (name, "LSC") for name in FORM}  # source: ISO 12181-2, LSC unless a drawing says another
 _LARGEST = 8  # undulations in a table; chosen: the others are below them
-_USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 
 
 def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[Any, float] | None) -> str:
@@ -50,10 +48,7 @@ def _passed(profile: Any) -> str:
 def limit_of(name: str, given: float, names: Mapping[str, Any]) -> float:
     """Limit in mm; an unknown name, and one in micrometres, is refused."""
     checks.one_of("limits", name, names)
-    limit = checks.positive(f"limits[{name!r}]", given, "mm")
-    if not _USUAL[0] <= limit <= _USUAL[1]:
-        raise ValueError(another_unit(f"limits[{name!r}]", limit, "mm", _USUAL, _TYPICAL))
-    return limit
+    return limit_in_mm(f"limits[{name!r}]", given)
 
 
 def _verdict(profile: Any, asked: str, limit: float) -> str:

@@ -147,7 +147,7 @@ def _pair(section: Any) -> tuple[str, str]:
     if not isinstance(section, tuple) or len(section) != 2 or not isinstance(section[0], str):
         raise TypeError(f'section must be header and section, as ("section", 3); got {checks.shown(section)}')
     header, wanted = section
-    whole = isinstance(wanted, float) and wanted == int(wanted)
+    whole = isinstance(wanted, float) and wanted.is_integer()
     return header, str(int(wanted) if whole else wanted).strip()
 
 

@@ -13,7 +13,7 @@ from centering.roundness._circle_noise import NORMS, interval_of, is_even_noise
 from centering.roundness._instrument import Instrument
 from centering.roundness._origin import MEASURED, Origin
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
-from centering.roundness._roundness_interval import RoundnessInterval, decided
+from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
@@ -195,7 +195,7 @@ class Roundness(Described, ByValue, Result):
         return self.interval() if self.noise_sd.size and self.kind in NORMS else None
 
     def conforms(self, limit: float) -> str:
-        """Return the decision on a limit of RONt by the interval of 95 % (ISO 14253-1).
+        """Return the decision on a limit of RONt by the interval of 95 %, without the tester's errors.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class Roundness(Described, ByValue, Result):
             "accepted" where the whole interval is within the limit, "rejected" where it is above, else "not
             decided".
         """
-        return decided(self.interval(), checks.positive("limit", limit, "mm"))
+        return decided(self.interval(), limit_in_mm("limit", limit))
 
     def budget(self, instrument: Instrument, *, height: float | None = None) -> Budget:
         """Return the uncertainty budget of RONt by noise, form and tester.
@@ -288,7 +288,7 @@ class Roundness(Described, ByValue, Result):
         >>> noise = 2e-5 * np.random.default_rng(0).normal(size=720)
         >>> form = Profile(angle, 30.0 + 0.001 * np.cos(3 * angle) + noise).filter(upr=50).roundness("MZC")
         >>> print(form.report(limits={"RONt": 0.0025}).splitlines()[3])
-        RONt (MZC) 2.008 µm as measured; 1.984 .. 2.012 µm at 95 %, limit 2.5 µm: accepted (ISO 14253-1)
+        RONt (MZC) 2.008 µm as measured; 1.984 .. 2.012 µm at 95 %, limit 2.5 µm: accepted (by noise alone)
         """
         budget = None if instrument is None else self.budget(instrument, height=height)
         return str(called("centering.roundness._sheet:report", self, path, limits, budget))

@@ -2,8 +2,11 @@
 
 from math import ceil, log10
 
-from sdpgrind.base.quantities import Described, custom, described, quantity
+from sdpgrind.base import checks
+from sdpgrind.base.quantities import Described, another_unit, custom, described, quantity
 from sdpgrind.base.results import Result
+
+_USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 
 
 @described("centering.roundness_interval")
@@ -41,6 +44,14 @@ class RoundnessInterval(Described, Result):
         """Both ends as text, µm (not mm), to a hundredth of the width."""
         places = max(0, 2 - ceil(log10(max(1e3 * (self.high - self.low), 1e-6))))
         return f"{1e3 * self.low:.{places}f} .. {1e3 * self.high:.{places}f}"
+
+
+def limit_in_mm(name: str, given: float) -> float:
+    """A limit of roundness in mm; one in micrometres is refused."""
+    limit = checks.positive(name, given, "mm")
+    if not _USUAL[0] <= limit <= _USUAL[1]:
+        raise ValueError(another_unit(name, limit, "mm", _USUAL, _TYPICAL))
+    return limit
 
 
 def decided(ends: RoundnessInterval, limit: float) -> str:

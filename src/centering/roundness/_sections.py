@@ -80,6 +80,8 @@ class Sections(ByValue, Plan):
             )
         refuse_one_height("heights", heights)
         _refuse_other_tips(profiles)
+        for each in profiles:
+            each._need_radius("profiles")
         object.__setattr__(self, "profiles", profiles)
         object.__setattr__(self, "heights", lasting(heights))
 

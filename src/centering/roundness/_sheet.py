@@ -60,7 +60,7 @@ def _blocks(
     ends = _ends(circle, budget)
     after = " (after the filter)" if circle.filter else ""
     waves = [f"{told}{after}" for told in harmonic_verdicts(found)]
-    verdicts = [*_verdicts(circle, limits, ends), *waves]
+    verdicts = [*_verdicts(circle, limits, ends, budget), *waves]
     yield Sentences(verdicts or [_measured(circle, ends)], strong=True)
     yield _parameters(circle, ends)
     yield Sentences([_interval_sentence(circle, ends, budget)])
@@ -89,15 +89,16 @@ def _measured(circle: Roundness, ends: RoundnessInterval | None) -> str:
     return f"RONt ({circle.kind}) {UM * circle.ron_t:.4g} µm as measured{interval}"
 
 
-def _verdicts(circle: Roundness, limits: Mapping[str, float], ends: RoundnessInterval | None) -> list[str]:
+def _verdicts(
+    circle: Roundness, limits: Mapping[str, float], ends: RoundnessInterval | None, budget: Budget | None
+) -> list[str]:
     """Sentence on each limit; only RONt has an interval."""
     found = []
     for name, limit in limits.items():
         value = getattr(circle, FORM[name])
         if name == "RONt" and ends is not None:
-            told = (
-                f"{_measured(circle, ends)}, limit {UM * limit:.4g} µm: {decided(ends, limit)} (ISO 14253-1)"
-            )
+            by = "(ISO 14253-1)" if budget is not None else "(by noise alone)"
+            told = f"{_measured(circle, ends)}, limit {UM * limit:.4g} µm: {decided(ends, limit)} {by}"
         else:
             kept = "kept" if value <= limit else "exceeded"
             told = (

@@ -1,6 +1,5 @@
 """Verb `plan`: sequence of pushes by stochastic dynamic programming over offset and friction belief."""
 
-import warnings
 from concurrent.futures import Executor
 from typing import Any
 
@@ -23,6 +22,7 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
+from sdpgrind.base.warned import warn
 
 SETTLED = 4  # chosen: pushes after which the belief counts as settled; further ones change its sd little
 GIVEN_UP = 60.0  # chosen: charge of a part that is not centred after the greatest number of pushes, s
@@ -80,7 +80,7 @@ def plan(
             "spindle_speed", spindle_speed, "spindle_speed_max", problem.limits.spindle_speed_max, "rad/s"
         )
     if problem.quantum_note:
-        warnings.warn(problem.quantum_note, stacklevel=2)
+        warn(problem.quantum_note)
     assert callable(progress)  # made by the decorator
     kinds = default_kinds(problem.limits.push_speed_max)
     return solved(prepared(problem, spindle_speed, kinds, Size(), executor, progress), executor, progress)

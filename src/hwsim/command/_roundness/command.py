@@ -9,7 +9,8 @@ from hwsim.command._times import TIMES
 from hwsim.command._work import announce
 
 NOT_ACCEPTED = 1  # exit status where a limit is not known to be kept; chosen: 2 is wrong input
-_UNFILTERED = "none"
+_ARC_LENGTH = ".x3p"  # a profile over the length of arc, without angles
+_UNFILTERED, _UPR = "none", 50
 _FILTERS = ("gaussian", "spline", "2rc", "robust", _UNFILTERED)
 _CIRCLES = ("LSC", "MZC", "MCC", "MIC")
 _TABLE = "instrument"  # of a file of errors of the tester
@@ -28,7 +29,7 @@ def add_roundness(subparsers: Any) -> None:
         "decided, 2 wrong input.",
     )
     parser.add_argument("file", type=Path, metavar="ring.csv", help="text, .tdms, .h5 or .x3p")
-    parser.add_argument("--angle", metavar="NAME:UNIT", help="column of the spindle angle")
+    parser.add_argument("--angle", metavar="NAME:UNIT", help="column of the spindle angle (the only one)")
     shown = parser.add_mutually_exclusive_group()
     shown.add_argument("--deviation", metavar="NAME:UNIT", help="column of deviations from the radius")
     shown.add_argument("--reading", metavar="NAME:UNIT", help="column of radial positions")
@@ -39,7 +40,7 @@ def add_roundness(subparsers: Any) -> None:
         "--remove-asperities", action="store_true", help="take dust and burrs out, and say so"
     )
     parser.add_argument("--filter", choices=_FILTERS, default="gaussian", help="filter (gaussian)")
-    parser.add_argument("--upr", default="50", help="cut-off, or a band as 15-150 (50)")
+    parser.add_argument("--upr", help="cut-off, or a band as 15-150 (50)")
     parser.add_argument("--circle", choices=_CIRCLES, default="LSC", help="reference circle (LSC)")
     parser.add_argument("--limit", metavar="RONT", help="limit of RONt: accepted, rejected or not decided")
     parser.add_argument("--instrument", type=Path, metavar="t.toml", help="errors of the tester")
@@ -93,8 +94,23 @@ def _profile(arguments: argparse.Namespace, lengths: dict[str, float | None]) ->
     from centering.roundness import Profile
 
     columns = {name: _column(getattr(arguments, name)) for name in ("angle", "deviation", "reading")}
+    columns["angle"] = columns["angle"] or _only_angle(arguments.file)
     shape = {"tip_radius": lengths["tip_radius"] or 0.0, "internal": arguments.internal}
     return Profile.read(arguments.file, radius=lengths["radius"], **columns, **shape)
+
+
+def _only_angle(path: Path) -> str | None:
+    """The column of angles where a table has one, with its unit; None: an even turn."""
+    from sdpgrind.base.columns.angles import angle_headings
+    from sdpgrind.base.columns.taken import Rules
+
+    if path.suffix.lower() == _ARC_LENGTH:
+        return None
+    heads = [head for _, head in angle_headings(path, Rules(period=1.0))]
+    if len(heads) > 1 or (heads and not heads[0].unit):
+        told = ", ".join(repr(head.header) for head in heads)
+        raise ValueError(f"--angle must name one column with its unit, as phi:deg; {path.name} has {told}")
+    return heads[0].name if heads else None
 
 
 def _column(given: str | None) -> Any:
@@ -107,9 +123,11 @@ def _column(given: str | None) -> Any:
 
 def _filtered(profile: Any, arguments: argparse.Namespace) -> Any:
     if arguments.filter == _UNFILTERED:
+        if arguments.upr is not None:
+            raise ValueError(f"--upr must be left out with --filter none; got {arguments.upr!r}")
         return profile
     try:
-        upr: Any = float(arguments.upr)
+        upr: Any = float(arguments.upr or _UPR)
     except ValueError:
         upr = arguments.upr  # the name of a band
     return profile.filter(arguments.filter, upr=upr)

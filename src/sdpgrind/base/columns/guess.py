@@ -25,9 +25,9 @@ class TextGuess(NamedTuple):
 
 
 def guess_of(
-    lines: Sequence[str], separator: str, decimal: str, missing: Collection[str]
+    lines: Sequence[str], separator: str, decimal: str, missing: Collection[str], cells_least: int = 2
 ) -> TextGuess | None:
-    """What the lines are with this separator and decimal sign; None: no row of two cells with a number."""
+    """What the lines are with this separator and decimal sign; None: no row of enough cells with a number."""
     if separator == " " and any(map(cells.has_stamp, lines)):
         return None  # the blank between a date and its time separates nothing
     rows = [cells.split(line, separator) if line.strip() else [] for line in lines]
@@ -38,7 +38,7 @@ def guess_of(
             continue
         if runs[-1] and len(kinds[runs[-1][-1]]) != len(each):
             runs.append([])
-        if len(each) >= 2 and ("n" in each or "g" in each or "t" in each):
+        if len(each) >= cells_least and ("n" in each or "g" in each or "t" in each):
             runs[-1].append(k)
         elif runs[-1]:
             runs.append([])

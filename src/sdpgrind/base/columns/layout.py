@@ -12,6 +12,8 @@ from sdpgrind.base.columns.sheet import ColumnHead, TextLayout
 from sdpgrind.base.columns.signs import has_sign, telling_lines
 
 SEPARATORS = (";", "\t", ",", "|", " ")
+_NO_SEPARATOR = "\x1f"  # chosen: the unit separator of ASCII, which stands in no table
+_ROWS = 8  # chosen: numbers alone in a line that are a column
 _FOOT = 5  # chosen: a longer foot is a second table
 _ABOVE, _BELOW = re.compile(r"[+-]?[1-9]\d{0,2}(?:[.,]\d{3})+"), re.compile(r"[+-]?[1-9]\d{0,2}")
 
@@ -53,6 +55,8 @@ def _best(
         if (separator != decimal or quoted)
         and (guess := guess_of(lines, separator, decimal, missing)) is not None
     ]
+    if not guesses and (alone := _one_column(lines, missing)) is not None:
+        return alone, None
     if not guesses:
         raise ValueError(
             f"{text.file} must hold rows of at least two cells with numbers; none is among its first"
@@ -61,6 +65,12 @@ def _best(
     best = _fitting(text.file, lines, guesses)
     others = (g for g in guesses if g.separator == best.separator and g.decimal != best.decimal)
     return best, next(others, None)
+
+
+def _one_column(lines: Sequence[str], missing: Collection[str]) -> TextGuess | None:
+    """The guess of a single column, of rows enough that they are no text; a comma would separate two."""
+    found = guess_of(lines, _NO_SEPARATOR, ".", missing, cells_least=1)
+    return found if found is not None and len(found.run) >= _ROWS else None
 
 
 def _fitting(file: str, lines: Sequence[str], guesses: Sequence[TextGuess]) -> TextGuess:
