@@ -85,3 +85,18 @@ def test_the_only_column_of_angles_is_taken(ring, capsys, tmp_path):
     assert code == 2 and "--angle must name one column with its unit, as phi:deg; ring.csv has 'phi'" in err
     code, _, err = told(capsys, ring, *COLUMNS, "--filter", "none", "--upr", "15")
     assert code == 2 and "--upr must be left out with --filter none; got '15'" in err
+
+
+@pytest.mark.filterwarnings("default")
+def test_sections_in_one_file(ring, capsys, tmp_path):
+    """Read as turns of one section they warn; one of them is read alone."""
+    both, rows = tmp_path / "both.csv", ring.read_text().splitlines()[1:]
+    both.write_text("\n".join(["phi [deg];dev (um);nr", *(f"{row};{k}" for k in (1, 2) for row in rows)]))
+    code, out, err = told(capsys, both, "--deviation", "dev", "--radius", "30")
+    assert code == 0 and "1440 points" in out and "'nr' is one word in each turn" in err
+    assert "they are read as 2 turns of one" in err
+    given = ("--deviation", "dev", "--radius", "30", "--section")
+    code, out, _ = told(capsys, both, *given, "nr=2")
+    assert code == 0 and "720 points" in out
+    code, _, err = told(capsys, both, *given, "nr")
+    assert code == 2 and "--section must be a column and one of its words, as nr=1; got 'nr'" in err

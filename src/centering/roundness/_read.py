@@ -9,7 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from centering.roundness._gone_round import refuse_part_of_a_turn, refuse_unlike_turns, refuse_unnamed_angle
+from centering.roundness._gone_round import (
+    refuse_part_of_a_turn,
+    refuse_unlike_turns,
+    refuse_unnamed_angle,
+    warn_of_sections,
+)
 from centering.roundness._sampling import even_turn
 from centering.roundness._turn import UNKNOWN_RADIUS, assumed_radius, refuse_rough
 from sdpgrind.base import checks
@@ -137,6 +142,8 @@ def samples(
     found = read(data, asked, rules=rules)
     wanted = None if height is not None or section is None else _pair(section)[1]
     ring = _of_columns(found, nominal, wanted, plausible).known()
+    if plausible and height is None and section is None:
+        warn_of_sections(data, rules, found.columns.get("angle", np.zeros(1)))
     if plausible and height is None:
         refuse_part_of_a_turn(ring.angle, ring.source.files[0].name, _OTHER_ANGLE)
     return ring

@@ -33,6 +33,7 @@ def add_roundness(subparsers: Any) -> None:
     shown = parser.add_mutually_exclusive_group()
     shown.add_argument("--deviation", metavar="NAME:UNIT", help="column of deviations from the radius")
     shown.add_argument("--reading", metavar="NAME:UNIT", help="column of radial positions")
+    parser.add_argument("--section", metavar="NAME=WORD", help="column of sections, and which of them")
     parser.add_argument("--radius", metavar="R", help="nominal radius of deviations")
     parser.add_argument("--tip-radius", metavar="R", default="0", help="radius of the probe's tip (0)")
     parser.add_argument("--internal", action="store_true", help="a bore, read from within")
@@ -96,6 +97,8 @@ def _profile(arguments: argparse.Namespace, lengths: dict[str, float | None]) ->
     columns = {name: _column(getattr(arguments, name)) for name in ("angle", "deviation", "reading")}
     columns["angle"] = columns["angle"] or _only_angle(arguments.file)
     shape = {"tip_radius": lengths["tip_radius"] or 0.0, "internal": arguments.internal}
+    if arguments.section is not None:
+        columns["section"] = _section(arguments.section)
     return Profile.read(arguments.file, radius=lengths["radius"], **columns, **shape)
 
 
@@ -111,6 +114,13 @@ def _only_angle(path: Path) -> str | None:
         told = ", ".join(repr(head.header) for head in heads)
         raise ValueError(f"--angle must name one column with its unit, as phi:deg; {path.name} has {told}")
     return heads[0].name if heads else None
+
+
+def _section(given: str) -> tuple[str, str]:
+    name, sign, word = given.partition("=")
+    if not sign:
+        raise ValueError(f"--section must be a column and one of its words, as nr=1; got {given!r}")
+    return name, word
 
 
 def _column(given: str | None) -> Any:
