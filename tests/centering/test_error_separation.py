@@ -398,3 +398,19 @@ def test_seven_steps_of_36_are_not_worse_than_the_published_set():
 def test_searches_that_are_refused(wrong, message):
     with pytest.raises(ValueError, match=message):
         step_angles(**wrong)
+
+
+def test_exchanged_steps_warn():
+    """Two of seven exchanged: their residuals stand at the harmonics of the part, not in all."""
+    angles = step_angles(7, index=36, upr_max=50)
+    angle, rng = np.arange(720) * np.pi / 360, np.random.default_rng(0)
+
+    def step(turned):
+        part = 1e-3 * np.cos(2 * (angle - turned) - 0.3) + 4e-4 * np.cos(7 * (angle - turned) - 1.1)
+        spindle = 1e-4 * np.cos(2 * angle - 1.9)
+        return Profile(angle, 30.0 + part + spindle + 1e-5 * rng.normal(size=angle.size))
+
+    steps = [step(each) for each in angles]
+    multistep(steps, angles)
+    with pytest.warns(UserWarning, match=r"the steps do not agree: at [27] upr they leave .* exchanged"):
+        multistep([steps[0], steps[2], steps[1], *steps[3:]], angles)

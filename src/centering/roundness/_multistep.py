@@ -11,9 +11,13 @@ from centering.roundness._separation import Separation, separation_of
 from centering.roundness._setups import Setups, Split, split
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats
+from sdpgrind.base.units import UM
+from sdpgrind.base.warned import warn
 
 _LEAST = 3  # derived: steps that leave residuals, from which the noise is known
 _SAME = 1e-6  # chosen: rad; steps nearer than an index plate is true are one
+_APART = 10.0  # chosen: residuals of a harmonic over those of most; of 7 steps noise alone gives up to 4
+_STILL = 1e-6  # chosen: residuals over the greatest amplitude that are rounding, or bend of a small ring
 _AGAINST = 0.5  # chosen: residuals over those of steps against the turn; noise alone leaves equal ones
 
 
@@ -61,6 +65,7 @@ def multistep(profiles: Sequence[Profile], angles: npt.ArrayLike) -> Separation:
     read, passed = amplitudes(profiles, upr), passed_noise(profiles, upr)
     found = split(read, setups, upr)
     _refuse_against(read, found, setups, upr)
+    _warn_of_disagreement(read, found, upr)
     return separation_of(profiles, setups, upr, found, found.noise(passed), f"{turns.size} steps")
 
 
@@ -88,4 +93,17 @@ def _refuse_against(read: Complex, found: Split, setups: Setups, upr: Floats) ->
         raise ValueError(
             "angles must count in the sense of the profile's angle (rad): with the opposite sign the"
             f" residuals fall from {mine:.3g} to {its:.3g} mm; got {checks.shown(setups.turns.tolist())}"
+        )
+
+
+def _warn_of_disagreement(read: Complex, found: Split, upr: Floats) -> None:
+    """Warn where one harmonic leaves far more than the noise that most of them show."""
+    left = np.sqrt(np.mean(np.abs(found.left) ** 2, axis=0))
+    usual = max(float(np.median(left)), _STILL * float(np.abs(read).max()))
+    worst = int(np.argmax(left))
+    if left[worst] > _APART * usual:
+        warn(
+            f"the steps do not agree: at {upr[worst]:g} upr they leave {UM * left[worst]:.2g} µm,"
+            f" {left[worst] / usual:.2g} times what is usual: angles or files exchanged, a part that moved on the"
+            " table, or a spindle that does not repeat"
         )

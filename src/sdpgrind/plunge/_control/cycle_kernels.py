@@ -41,8 +41,7 @@ from sdpgrind.plunge._model.kernels import _rate_near, _worn
 
 CREEP = 0.9  # chosen: share of the final rate below which the wheel is fed on
 # Greatest way beyond size over the gauge's noise. measured, at 0.5 um of noise: 2880 parts on wheels that
-# wear end up to 0.37 um beyond size, all round; 0.75 and a RESERVE of 1: up to 0.47 um; 0.5 and 1: 3 not
-# round
+# wear end up to 0.37 um beyond size, all round; 0.75 and a RESERVE of 1: up to 0.47 um; 0.5 and 1: 3 out
 WAITED = 0.6
 WAIT = 1.004  # chosen: rate at the end over the final rate; a smaller value waits longer at size
 
