@@ -17,7 +17,8 @@ from sdpgrind.base.warned import warn
 _LEAST = 3  # derived: steps that leave residuals, from which the noise is known
 _SAME = 1e-6  # chosen: rad; steps nearer than an index plate is true are one
 _APART = 10.0  # chosen: residuals of a harmonic over those of most; of 7 steps noise alone gives up to 4
-_STILL = 1e-6  # chosen: residuals over the greatest amplitude that are rounding, or bend of a small ring
+_STILL = 1e-3  # chosen: residuals over the greatest amplitude that do not matter
+_HELD = 0.1  # chosen: share of the noise in a harmonic below which a filter has taken it
 _AGAINST = 0.5  # chosen: residuals over those of steps against the turn; noise alone leaves equal ones
 
 
@@ -65,7 +66,7 @@ def multistep(profiles: Sequence[Profile], angles: npt.ArrayLike) -> Separation:
     read, passed = amplitudes(profiles, upr), passed_noise(profiles, upr)
     found = split(read, setups, upr)
     _refuse_against(read, found, setups, upr)
-    _warn_of_disagreement(read, found, upr)
+    _warn_of_disagreement(read, found, passed, upr)
     return separation_of(profiles, setups, upr, found, found.noise(passed), f"{turns.size} steps")
 
 
@@ -96,14 +97,17 @@ def _refuse_against(read: Complex, found: Split, setups: Setups, upr: Floats) ->
         )
 
 
-def _warn_of_disagreement(read: Complex, found: Split, upr: Floats) -> None:
+def _warn_of_disagreement(read: Complex, found: Split, passed: Floats, upr: Floats) -> None:
     """Warn where one harmonic leaves far more than the noise that most of them show."""
-    left = np.sqrt(np.mean(np.abs(found.left) ** 2, axis=0))
+    known = np.flatnonzero(passed > _HELD * passed.max())
+    if not known.size:  # behind a robust filter the noise is not known
+        return
+    left = np.sqrt(np.mean(np.abs(found.left[:, known]) ** 2, axis=0)) / passed[known]
     usual = max(float(np.median(left)), _STILL * float(np.abs(read).max()))
     worst = int(np.argmax(left))
     if left[worst] > _APART * usual:
         warn(
-            f"the steps do not agree: at {upr[worst]:g} upr they leave {UM * left[worst]:.2g} µm,"
-            f" {left[worst] / usual:.2g} times what is usual: angles or files exchanged, a part that moved on the"
-            " table, or a spindle that does not repeat"
+            f"the steps do not agree: at {upr[known[worst]]:g} upr they leave {UM * left[worst]:.2g} µm,"
+            f" {left[worst] / usual:.2g} times what is usual: angles or files exchanged, a part that moved on"
+            " the table, or a spindle that does not repeat"
         )
