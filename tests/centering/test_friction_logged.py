@@ -13,6 +13,8 @@ from centering.friction import identify_friction
 from centering.push import Part
 from sdpgrind.identify import Status
 
+RING_7 = preset("printed").replace(part=Part(7.0, 85.0))
+
 
 @functools.cache
 def logged(mass, parts):
@@ -69,16 +71,11 @@ def test_refused():
         identify_friction(still, problem)
 
 
-@pytest.mark.parametrize(("depth", "blurred"), [(0.25, True), (1.1, False)])
-def test_a_push_between_two_samples_is_blurred(depth, blurred):
-    """Of 7 and 31 ms at 35 mm/s: how the tip moved in the first no reconstruction tells to 5 % of its force.
-
-    Taken as samples show them, such pushes of rings of 7 kg gave 95 % intervals of mu_kinetic that held 62 %.
-    """
-    problem = preset("printed").replace(part=Part(7.0, 85.0))
+def one_push(depth):
+    """Samples of a push at 35 mm/s."""
     time = np.arange(0.0, 0.2, 0.01)
     slide = np.maximum(86.5 - 35.0 * np.maximum(time - 0.02, 0.0), 86.0 - depth)
-    rows = {
+    return {
         "time": time,
         "angle": 0.1 * time,
         "slide": slide,
@@ -88,5 +85,36 @@ def test_a_push_between_two_samples_is_blurred(depth, blurred):
         "offset_planned": np.where(time < 0.15, 1.0, 1.0 - depth),
         "offset_angle_planned": np.zeros(time.size),
     }
-    (push,) = logged_pushes(rows, problem)
+
+
+@pytest.mark.parametrize(("depth", "blurred"), [(0.25, True), (1.1, False)])
+def test_a_push_between_two_samples_is_blurred(depth, blurred):
+    """Of 7 and 31 ms at 35 mm/s: how the tip moved in the first no reconstruction tells to 5 % of its force.
+
+    Taken as samples show them, such pushes of rings of 7 kg gave 95 % intervals of mu_kinetic that held 62 %.
+    """
+    (push,) = logged_pushes(one_push(depth), RING_7)
     assert (push["blur"][0] > 0.05 * 50.0) == blurred
+
+
+@pytest.mark.parametrize("name", ["slide", "spindle_speed", "angle"])
+def test_a_push_with_a_missing_sample_is_left_out(name):
+    """The other push of the log tells the same as it does alone."""
+    whole, spoilt = one_push(1.1), one_push(1.1)
+    spoilt[name][5] = np.nan
+    later = {"time": 0.2 + whole["time"]}
+    rows = {key: np.concatenate((spoilt[key], (whole | later)[key])) for key in whole}
+    (push,), (alone,) = logged_pushes(rows, RING_7), logged_pushes(whole, RING_7)
+    assert push["final_position"] == pytest.approx(alone["final_position"], rel=1e-9)  # times are rounded
+    with pytest.raises(ValueError, match="data must be at least one push"):
+        identify_friction(spoilt, RING_7)
+
+
+def test_forces_that_were_not_read_are_no_reading():
+    rows = one_push(1.1)
+    rows["peak_force"][5] = np.nan
+    assert logged_pushes(rows, RING_7)[0]["peak_force"] == 50.0
+    rows["peak_force"][:] = np.nan
+    (push,) = logged_pushes(rows, RING_7)
+    found = identify_friction(rows, RING_7, throw=False)
+    assert push["peak_force"] is None and np.all(np.isfinite(found.value))

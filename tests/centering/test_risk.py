@@ -42,8 +42,8 @@ def test_against_the_machine(strategy, risk, row, parts):
 
 
 def test_a_range_that_was_not_told_throws_parts(strategy):
-    """At a third of the friction nearly all parts fly; the plan is for 0.6 less three sd: 0.45."""
-    risk = strategy.robust((0.33, 1.0), runs=60)
+    """At 0.41 of the friction three parts of four fly; the plan is for 0.6 less three sd: 0.45."""
+    risk = strategy.robust((0.41, 1.0), runs=60)
     assert risk.thrown[0] > 0.5 > risk.thrown[1]
     assert np.all(np.diff(risk.thrown) <= 0.0)
     assert risk.thrown[-1] == 0.0 and np.all(np.diff(risk.factor) > 0.0)
@@ -68,8 +68,24 @@ def test_kept_and_loaded(risk, strategy, tmp_path):
 def test_what_is_refused(strategy):
     with pytest.raises(ValueError, match=r"friction_range\[0\] must be in \(0, 1\]"):
         strategy.robust((0.0, 1.2))
+    with pytest.raises(
+        ValueError, match=r"friction_range must be in \[0.41, 2.46\], the factors that the tables"
+    ):
+        strategy.robust((0.05, 1e3))
+    for wrong in ((), np.array([0.6, 1.4])):
+        with pytest.raises(TypeError, match=r"friction_range must be a pair \(lowest, highest factor\)"):
+            strategy.robust(wrong)
     with pytest.raises(ValueError, match="runs must be"):
         strategy.robust(runs=0)
+
+
+def test_times_refuse_the_offsets_that_the_strategy_does_not_hold(strategy):
+    for time in (strategy.start_time, strategy.cycle_time):
+        with pytest.raises(ValueError, match=r"offset must be <= .* \(the strategy's\) \(mm\); got 500.0"):
+            time(500.0)
+        with pytest.raises(ValueError, match=r"offset must be >= 0 \(mm\); got -1.0"):
+            time(-1.0)
+    assert 0.0 < strategy.start_time(strategy.offset_max) < strategy.cycle_time(strategy.offset_max)
 
 
 def test_friction_that_a_ring_needs_against_a_sum_along_it():

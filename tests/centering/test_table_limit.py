@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from centering import preset
+from centering.cycle._strategy.outcomes import FRICTION_SCALES
 from centering.cycle._strategy.table_limit import SURE, TableLimit, least_friction
 from hwsim import CenteringMachine, Ring
 from sdpgrind.base.stored import decode, encode
@@ -79,12 +80,24 @@ def test_a_problem_without_a_range_keeps_its_speeds():
         ((1.1, 1.2), ValueError, r"friction_range\[0\] must be in \(0, 1\].*; got 1.1"),
         ((0.9, 0.95), ValueError, r"friction_range\[1\] must be >= 1: true friction .*; got 0.95"),
         ((0.9, float("nan")), ValueError, r"friction_range\[1\] must be finite; got nan"),
+        (
+            (1e-6, 1.2),
+            ValueError,
+            r"friction_range must be in \[0.41, 2.46\], the factors .*; got \(1e-06, 1.2\)",
+        ),
+        ((0.6, 1e6), ValueError, r"friction_range must be in \[0.41, 2.46\], the factors that the tables"),
         (0.6, TypeError, r"friction_range must be a pair \(lowest, highest factor\); got 0.6"),
     ],
 )
 def test_ranges_that_are_refused(given, error, message):
     with pytest.raises(error, match=message):
         PROBLEM.replace(friction_range=given)
+
+
+def test_the_range_that_is_held_is_that_of_the_tables():
+    low, high = FRICTION_SCALES[0], FRICTION_SCALES[-1]
+    assert PROBLEM.replace(friction_range=(0.41, 2.46)).friction_range == (0.41, 2.46)
+    assert 0.4 < low <= 0.41 and 2.46 <= high < 2.47
 
 
 def test_a_problem_kept_without_a_range_has_the_default():

@@ -151,11 +151,12 @@ _MACHINE = (
     "spindle_acceleration_max",
 )
 _DOUBT = (0.8, 1.25)  # chosen: a friction looked up in a table is seldom further off
+_HELD = (0.41, 2.46)  # derived: ends of the friction scales that a strategy tabulates, rounded inward
 _ESTIMATED = ("mu_static", "mu_kinetic", "viscous_coefficient", "contact_stiffness", "contact_damping")
 
 
 def checked_range(name: str, value: Any) -> tuple[float, float]:
-    """Lowest and highest factor of friction, 1 between them."""
+    """Lowest and highest factor of friction, 1 between them, within the tables of a strategy."""
     if not isinstance(value, tuple | list) or len(value) != 2:
         raise TypeError(f"{name} must be a pair (lowest, highest factor); got {checks.shown(value)}")
     low, high = (checks.number(f"{name}[{k}]", factor) for k, factor in enumerate(value))
@@ -163,6 +164,9 @@ def checked_range(name: str, value: Any) -> tuple[float, float]:
         raise checks.refuse(f"{name}[0]", "in (0, 1]: true friction over that of the model", low)
     if not high >= 1.0:
         raise checks.refuse(f"{name}[1]", ">= 1: true friction over that of the model", high)
+    if low < _HELD[0] or high > _HELD[1]:
+        rule = f"in [{_HELD[0]:g}, {_HELD[1]:g}], the factors that the tables of a strategy hold"
+        raise checks.refuse(name, rule, (low, high))
     return low, high
 
 
@@ -187,7 +191,8 @@ class CenteringProblem(Described):
         Number of pushes after which a part is given up.
     friction_range : tuple of float
         Lowest and highest factor of the true mean friction over that of the model, for both coefficients,
-        unit 1; 1 is between them. Parts scatter about it. The table is kept slow enough for the lowest.
+        unit 1; 1 is between them, and they are in [0.41, 2.46]. Parts scatter about it. The table is kept slow
+        enough for the lowest.
 
     Raises
     ------

@@ -31,6 +31,7 @@ UNITS = {
 
 _LEAST = 0.2  # mm, chosen: samples of a shorter push say too little about friction
 _AFTER = 3  # chosen: samples after the profile that still belong to the push
+_MOTION = ("angle", "slide", "spindle_speed")
 _READ = ("peak_force", "free_slide", "final_position")
 _TURN = 0.05  # rad, chosen: turn of the table per step of the search for first touch
 _SHORTEST = 1e-6  # s, chosen: a shorter first segment is rounding
@@ -42,6 +43,9 @@ def logged_pushes(log: Any, problem: CenteringProblem, part: int | None = None) 
 
     `blur`: what samples leave open of peak force (N), free slide and way (mm): the difference of predictions
     by a smooth motion of the tip and by one at constant speed from sample to sample.
+
+    A push of which a sample lacks angle, slide or speed tells nothing and is left out. `peak_force` is None where
+    no sample has it.
 
     `log` holds the table "control" of a run with the columns of `UNITS`; `part` is needed for a log of
     several. Radius and model of the problem give the contact with the rim and the bend of the way.
@@ -64,12 +68,23 @@ def _pushes(rows: Series, problem: CenteringProblem) -> Iterator[dict[str, Any]]
         still = np.flatnonzero(~runs[first + 1 : last + 1])
         end = min(first + int(still[0]) + 1 + _AFTER, last) if still.size else last
         before, after = (_center(rows, k) for k in (first, last))
-        if end > first + 2 and np.isfinite(before):
-            push = _push(rows, slice(first, end + 1), before, problem)
+        kept = slice(first, end + 1)
+        if end > first + 2 and np.isfinite(before) and _whole(rows, kept):
+            push = _push(rows, kept, before, problem)
             if push is not None and not abs(after - before) < _LEAST:
-                share = push.pop("share")
-                peak = float(np.nanmax(rows["peak_force"][first + 1 : end + 1]))
+                share, peak = push.pop("share"), _peak(rows["peak_force"][first + 1 : end + 1])
                 yield push | {"peak_force": peak, "final_position": abs(after - before) * share}
+
+
+def _peak(forces: Floats) -> float | None:
+    """Greatest force, N; None: not read."""
+    read = forces[np.isfinite(forces)]
+    return float(read.max()) if read.size else None
+
+
+def _whole(rows: Series, kept: slice) -> bool:
+    """Whether all samples of a push have angle, slide and speed."""
+    return all(bool(np.isfinite(rows[name][kept]).all()) for name in _MOTION)
 
 
 def _center(rows: Series, k: int) -> complex:

@@ -158,12 +158,8 @@ class CenteringController(CycleBase):
         return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
 
     def _leaves(self) -> bool:
-        """Whether the part leaves its place while the table gains speed."""
-        view, table = self._view, self._table
-        if not view.known or table.speed >= table.set_point:
-            self._watch.reset()
-            return False
-        return self._watch.leaves(*view.missed(table.angle, self._reading))
+        """Whether the part leaves the place at which it was known to lie."""
+        return self._watch.leaves(*self._view.missed(self._table.angle, self._reading))
 
     def _thrown(self) -> Command:
         """Stop the table, back the slide; believe in the friction that this showed."""
@@ -198,9 +194,9 @@ class CenteringController(CycleBase):
         return CycleState.THROWN if trouble is CycleState.LOST and self._throws else trouble
 
     def _end(self, state: CycleState) -> Command:
-        """End the cycle; under a part that is not where it was, the table stops."""
+        """End the cycle; under a part that is not where it was, or that was hit, the table stops."""
         command = super()._end(state)
-        if state in (CycleState.THROWN, CycleState.LOST):
+        if state in (CycleState.THROWN, CycleState.LOST, CycleState.COLLISION):
             most = self.problem.limits.spindle_acceleration_max
             self._last = command = command | {"spindle_speed": 0.0, "spindle_acceleration": most}
         return command
@@ -328,6 +324,7 @@ class CenteringController(CycleBase):
         )
         self._rest_angle = self._coming.trigger + speed * (push.stop_time + thrown + self.period)
         self._view.moved()
+        self._watch.reset()
         return {}
 
     def _feel(self) -> None:

@@ -1,6 +1,7 @@
 """Estimate of a ring with its form: lobes resemble an offset until enough of the rim was measured."""
 
-from math import hypot, inf, isfinite, sqrt
+from dataclasses import dataclass
+from math import cos, hypot, inf, isfinite, sin, sqrt
 
 import numpy as np
 from scipy.special import stdtrit
@@ -8,11 +9,52 @@ from scipy.special import stdtrit
 from centering.circle._estimator.noise_kernels import correlation
 from centering.cycle._control.form_kernels import SIZE, forget_center, lobes_at, residuals, solve
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.frozen import Frozen
 
 _KEPT = 256  # chosen: stored readings
 _FREEDOM = 10.0  # chosen: degrees of freedom of the prior noise
 _CHANGED = 1.15  # chosen: ratio of the noise that triggers a new solution
 _SHARE = 0.9995  # derived: quantile of a two-sided 99.9 % interval
+
+
+@dataclass(frozen=True)
+class RingPlace(Frozen):
+    """Place and form of a ring as they were known at one time, from `RingFilter.place`.
+
+    Parameters
+    ----------
+    value : array
+        Centre, radius less the nominal one, cosine and sine of each lobe, mm.
+    nominal, tip_radius : float
+        Nominal radius of the surface, and radius of the probe's roller, mm.
+    sd, noise_sd : float
+        Standard deviations of the centre and of a reading, mm.
+
+    Examples
+    --------
+    >>> place = RingPlace(np.array([1.0, 0.0, 0.05] + [0.0] * 12), 60.0, 0.0, 1e-4, 1e-4)
+    >>> place.reading(0.0), place.offset  # mm
+    (61.05, 1.0)
+    """
+
+    value: Floats
+    nominal: float
+    tip_radius: float
+    sd: float
+    noise_sd: float
+
+    @property
+    def offset(self) -> float:
+        """Distance of the centre from the axis, mm."""
+        return hypot(self.value[0], self.value[1])
+
+    def reading(self, angle: float) -> float:
+        """Return the reading of the ring (mm) at an angle of the spindle (rad)."""
+        x, y, radius = (float(value) for value in self.value[:3])
+        along, across = x * cos(angle) + y * sin(angle), y * cos(angle) - x * sin(angle)
+        rolled = self.nominal + radius + self.tip_radius
+        rim = sqrt(max(rolled**2 - across**2, 0.0)) - self.tip_radius
+        return along + rim + float(lobes_at(angle, self.value, self.nominal + self.tip_radius))
 
 
 class RingFilter:
@@ -149,3 +191,7 @@ class RingFilter:
     def lobes_at(self, angle: float) -> float:
         """Return the contribution of the lobes to a reading (mm) at an angle of the spindle (rad)."""
         return float(lobes_at(angle, self._value, self._nominal + self._tip))
+
+    def place(self) -> RingPlace:
+        """Return place and form as they are known now."""
+        return RingPlace(self._value.copy(), self._nominal, self._tip, self.sd, self.noise_sd)

@@ -1,6 +1,6 @@
 """Estimate of the part on the table: readings in, centre and radius out."""
 
-from math import atan2, cos, hypot, inf, pi, sin, sqrt
+from math import atan2, hypot, inf, pi
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from centering.circle._estimator import slots as at
 from centering.circle._estimator.estimator import GeometryEstimator
 from centering.circle._estimator.printed import PrintedEstimator
 from centering.circle._estimator.validity_kernels import judge
-from centering.cycle._control.form import RingFilter
+from centering.cycle._control.form import RingFilter, RingPlace
 from centering.cycle._control.settings import CycleSettings
 from sdpgrind.base.checks import Floats
 
@@ -18,6 +18,7 @@ _EVERY = 4  # chosen: readings between two looks at what they say, once there ar
 _MANY = 12  # chosen: readings below which each is looked at; fewer delay the first answer, more cost time
 _ANGLE = 2e-3  # rad, chosen: error of a reading's angle, 0.2 ms of skew at 10 rad/s
 _HOLD = 20.0  # chosen: deviations of a centre within which it is believed at all
+_BETTER = 0.7  # chosen: sd of an estimate over that of the place held; nearer to 1 a slow slip is taken in
 
 
 class PlaceEstimator(GeometryEstimator):
@@ -125,6 +126,7 @@ class PartView:
         self._first = self._last = 0.0
         self.x = self.y = self.offset = self.offset_angle = 0.0
         self.sd = self.band = inf
+        self._held: RingPlace | None = None  # where the ring lay when it was known well
 
     def take(self, angle: float, reading: float) -> None:
         """Store a reading.
@@ -142,6 +144,7 @@ class PartView:
         self._ring.take(angle, reading, not self._estimator.refused)
         if self._estimator.sorted_anew:
             self._ring.use(self._estimator.used)
+            self._held = None  # from readings that are sorted in another way now
         self._last = angle
         self.samples += 1
         if self.samples >= _FEWEST and (self.samples < _MANY or self.samples - self._looked >= _EVERY):
@@ -156,20 +159,28 @@ class PartView:
         self.sd, self.band = ring.sd, ring.band
         self.x, self.y = ring.x, ring.y
         self.offset, self.offset_angle = hypot(self.x, self.y), atan2(self.y, self.x)
+        self._hold()
+
+    def _hold(self) -> None:
+        """Hold the place as known now, if that is better than the one held: a ring that slips makes it worse."""
+        if self.known and (self._held is None or self.sd < _BETTER * self._held.sd):
+            self._held = self._ring.place()
 
     def missed(self, angle: float, reading: float) -> tuple[float, float]:
-        """Return a reading less the one expected at its angle, and the sd of that difference, mm.
+        """Return a reading less that of the ring at the place held, and the sd of that difference, mm.
+
+        The place held is the best one known since the last move: readings of a slipping ring cannot shift it,
+        nor widen its sd. Before there is one, the sd is inf.
 
         Parameters
         ----------
         angle, reading : float
             As for `take`, rad and mm.
         """
-        across = self.y * cos(angle) - self.x * sin(angle)
-        along = self.x * cos(angle) + self.y * sin(angle)
-        rim = sqrt(max((self.radius + self._tip) ** 2 - across**2, 0.0)) - self._tip
-        expected = along + rim + self._ring.lobes_at(angle)
-        return reading - expected, hypot(self.sd, self._ring.noise_sd, _ANGLE * self.offset)
+        held = self._held
+        if held is None:
+            return 0.0, inf
+        return reading - held.reading(angle), hypot(held.sd, held.noise_sd, _ANGLE * held.offset)
 
     @property
     def known(self) -> bool:

@@ -165,11 +165,25 @@ class Strategy(Plan):
         return min(int(evidence / WORTH + 0.5), settled)
 
     def cycle_time(self, offset: float) -> float:
-        """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s."""
+        """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s.
+
+        Raises
+        ------
+        ValueError
+            The offset is negative or beyond `offset_max`.
+        """
         return self.start_time(offset) + self.value(offset=offset)
 
     def start_time(self, offset: float) -> float:
-        """Return the mean time from rest to the first touch at an `offset` (mm), s."""
+        """Return the mean time from rest to the first touch at an `offset` (mm), s.
+
+        Raises
+        ------
+        ValueError
+            The offset is negative or beyond `offset_max`.
+        """
+        checks.nonnegative("offset", offset, "mm")
+        self._refuse_beyond(offset)
         limit = TableLimit(self.problem, least_friction(self.problem))
         return self.timing.start_time(offset, self.spindle_speed(offset), limit)
 
@@ -269,7 +283,7 @@ class Strategy(Plan):
         Parameters
         ----------
         friction_range : tuple of float, optional
-            Lowest and highest factor of friction, unit 1. None: the problem's.
+            Lowest and highest factor of friction, unit 1, in [0.41, 2.46]. None: the problem's.
         runs : int
             How many parts at each of five factors.
         rng : int, SeedSequence or Generator
@@ -283,7 +297,7 @@ class Strategy(Plan):
         Raises
         ------
         ValueError, TypeError
-            The range does not hold 1, or its low end is not > 0.
+            The range does not hold 1, or reaches beyond the friction that the tables hold.
 
         Examples
         --------
@@ -291,7 +305,8 @@ class Strategy(Plan):
         """
         from centering.cycle._strategy.risk import robust
 
-        return robust(self, friction_range or self.problem.friction_range, runs, rng)
+        chosen = self.problem.friction_range if friction_range is None else friction_range
+        return robust(self, chosen, runs, rng)
 
     @cached_property
     def dataset(self) -> xr.Dataset:
