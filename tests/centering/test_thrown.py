@@ -47,7 +47,7 @@ def test_a_thrown_part_begins_again_on_a_slower_table():
 
 @pytest.mark.parametrize(("friction", "every", "least"), SEEN)
 def test_the_share_of_thrown_parts_that_is_seen(friction, every, least):
-    """Of the parts 2 to 8; a slip that a push stops before it is 0.1 mm is not seen, and does no harm."""
+    """Of the parts 2 to 8; a slip that a push follows at once is not seen; the tip hits none."""
     runs = [followed(friction, seed=seed, every=every, time_max=2.0) for seed in range(2, 9)]
     slipped = [states for states, _, outcome in runs if outcome["slipped"]]
     assert sum(CycleState.REFOLLOW in states for states in slipped) >= least
