@@ -191,8 +191,8 @@ class CenteringProblem(Described):
         Number of pushes after which a part is given up.
     friction_range : tuple of float
         Lowest and highest factor of the true mean friction over that of the model, for both coefficients,
-        unit 1; 1 is between them, and they are in [0.41, 2.46]. Parts scatter about it. The table is kept slow
-        enough for the lowest.
+        unit 1, in [0.41, 2.46]; 1 is between them. Parts scatter about it. The table is kept slow enough for
+        the lowest.
 
     Raises
     ------

@@ -44,8 +44,8 @@ def logged_pushes(log: Any, problem: CenteringProblem, part: int | None = None) 
     `blur`: what samples leave open of peak force (N), free slide and way (mm): the difference of predictions
     by a smooth motion of the tip and by one at constant speed from sample to sample.
 
-    A push of which a sample lacks angle, slide or speed tells nothing and is left out. `peak_force` is None where
-    no sample has it.
+    A push of which a sample lacks angle, slide or speed tells nothing and is left out. `peak_force` is None
+    where no sample has it.
 
     `log` holds the table "control" of a run with the columns of `UNITS`; `part` is needed for a log of
     several. Radius and model of the problem give the contact with the rim and the bend of the way.

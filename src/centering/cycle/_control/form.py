@@ -27,12 +27,12 @@ class RingPlace(Frozen):
         Centre, radius less the nominal one, cosine and sine of each lobe, mm.
     nominal, tip_radius : float
         Nominal radius of the surface, and radius of the probe's roller, mm.
-    sd, noise_sd : float
-        Standard deviations of the centre and of a reading, mm.
+    sd : float
+        Standard deviation of the centre, mm.
 
     Examples
     --------
-    >>> place = RingPlace(np.array([1.0, 0.0, 0.05] + [0.0] * 12), 60.0, 0.0, 1e-4, 1e-4)
+    >>> place = RingPlace(np.array([1.0, 0.0, 0.05] + [0.0] * 12), 60.0, 0.0, 1e-4)
     >>> place.reading(0.0), place.offset  # mm
     (61.05, 1.0)
     """
@@ -41,7 +41,6 @@ class RingPlace(Frozen):
     nominal: float
     tip_radius: float
     sd: float
-    noise_sd: float
 
     @property
     def offset(self) -> float:
@@ -194,4 +193,4 @@ class RingFilter:
 
     def place(self) -> RingPlace:
         """Return place and form as they are known now."""
-        return RingPlace(self._value.copy(), self._nominal, self._tip, self.sd, self.noise_sd)
+        return RingPlace(self._value.copy(), self._nominal, self._tip, self.sd)
