@@ -49,6 +49,7 @@ GrindingProcess; _scatter Scatter.
 # class: fields younger than journals; they count only where they are not at their default
 _YOUNGER = {
     "AdaptiveGrinder": {"dullness", "dressing_state", "dressing_lead", "roughness_gauge"},
+    "CenteringProblem": {"friction_range"},
     "CoefficientScatter": {"correlation"},
     "CycleController": {"confidence"},
     "CycleProblem": {"uncertainty", "drive"},
