@@ -101,6 +101,8 @@ runs.plot()
 # factor, less three standard deviations of the rings, holds place and spin of the ring:
 # :math:`\sqrt{(w^2 d)^2 + (w' R)^2} \le 0.9\, \mu g`. The first push is felt by its forces, too. The table of the
 # risk follows rings of another friction by the plan's own tables, and with the belief that they would leave.
-doubted = centering.plan(problem.replace(friction_range=(0.6, 1.4)), spindle_speed="scheduled")
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # the warning that was heard above
+    doubted = centering.plan(problem.replace(friction_range=(0.6, 1.4)), spindle_speed="scheduled")
 print(doubted.robust(friction_range=(0.6, 1.4)).to_dataframe().round(3))
 plt.show()
