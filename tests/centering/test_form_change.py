@@ -150,5 +150,7 @@ def test_a_rotation_in_degrees_is_refused_and_a_wrong_one_warns():
         ValueError, match=r"rotation must be within a turn; units.deg\(...\) for degrees .*got 57"
     ):
         after.compare(before, rotation=57.3)
-    with pytest.warns(UserWarning, match="hardly alike, turned by 2.571 rad: their correlation is -"):
+    with pytest.warns(
+        UserWarning, match="contradict each other, turned by 2.571 rad: their correlation is -"
+    ):
         after.compare(before, rotation=1.0 + np.pi / 2)

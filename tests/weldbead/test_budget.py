@@ -8,7 +8,7 @@ import pytest
 
 import sdpgrind
 from sdpgrind import sdp, weldbead
-from sdpgrind.sdp._plan.budget import Budget
+from sdpgrind.sdp._plan.budget import Resources
 
 pytestmark = pytest.mark.filterwarnings("ignore:the expected penalty is known:UserWarning")  # of jumps
 P1 = weldbead.preset("P1").replace(durations=(6, 10), horizon=24.0)
@@ -43,7 +43,7 @@ def clock(monkeypatch):
         monkeypatch.setattr("sdpgrind.sdp._plan.budget.monotonic", lambda: next(times))
         # The default of a field is bound when the class is made.
         monkeypatch.setattr(
-            "sdpgrind.sdp._plan.budget.Budget.of",
+            "sdpgrind.sdp._plan.budget.Resources.of",
             classmethod(lambda cls, time, memory: cls(time, memory, next(times))),
         )
 
@@ -97,7 +97,7 @@ def peak_bytes(solve):
 @pytest.mark.parametrize("problem", [P1, LOGNORMAL], ids=["P1", "log-normal"])
 def test_memory_is_held_from_the_first_grid_on(problem):
     solved = weldbead.sequence.sdp_problem(problem, 101)
-    first, second = (Budget(memory_limit=1.0).bytes(solved, refine) for refine in (1, 2))
+    first, second = (Resources(memory_limit=1.0).bytes(solved, refine) for refine in (1, 2))
     with pytest.raises(ValueError, match=r"^memory_limit must be >= \S+, which the first grid of 101 nodes"):
         weldbead.plan(problem, memory_limit=0.99 * first)
     fine = weldbead.plan(problem, tolerance=None, nodes=1601)

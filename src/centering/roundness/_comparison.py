@@ -80,10 +80,9 @@ def _rotation(before: Harmonics, after: Harmonics, given: float | None) -> tuple
         if abs(turn) > 2 * pi:
             raise checks.refuse("rotation", "within a turn; units.deg(...) for degrees", turn, "rad")
     found = float(np.sum(shared * np.exp(-1j * before.upr * turn)).real)
-    if given is not None and sizes > 0 and found / sizes < _ALIKE:
-        warn(
-            f"the forms are hardly alike, turned by {turn:.4g} rad: their correlation is {found / sizes:.2g}"
-        )
+    if given is not None and found < 0:
+        told = f"their correlation is {found / sizes:.2g}"
+        warn(f"the forms contradict each other, turned by {turn:.4g} rad: {told}")
     return turn, found / sizes if sizes > 0 else 0.0
 
 
