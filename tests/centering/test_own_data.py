@@ -205,3 +205,18 @@ def test_sections_need_the_radius():
     profiles = [Profile.from_deviation(k * FORM, radius=None, centred=True) for k in (1.0, 1.1, 1.2, 1.3)]
     with pytest.raises(ValueError, match="profiles needs the radius"):
         Sections(profiles, [0.0, 10.0, 20.0, 30.0])
+
+
+@pytest.mark.parametrize("closed", [0, 1])
+def test_sections_that_are_read_as_turns_are_warned_of(closed):
+    """With a closing point in each section, from any angle on, and without an angle in a row."""
+    place = np.degrees(0.7 + np.arange(360 + closed) * np.pi / 180) % 360
+    table = {
+        "angle (deg)": np.append(np.tile(place, 2), np.nan),
+        "dev (um)": np.append(np.tile(np.cos(np.radians(3 * place)), 2), 0.0),
+        "nr": np.append(np.repeat([1.0, 2.0], place.size), 2.0),
+    }
+    with pytest.warns(UserWarning, match="'nr' is one word in each turn and another in the next"):
+        Profile.read(table, angle="angle", deviation="dev", radius=30.0)
+    one = Profile.read(table, angle="angle", deviation="dev", radius=30.0, section=("nr", 2))
+    assert one.turns == pytest.approx(1.0, abs=0.01)

@@ -94,7 +94,7 @@ def test_sections_in_one_file(ring, capsys, tmp_path):
     both.write_text("\n".join(["phi [deg];dev (um);nr", *(f"{row};{k}" for k in (1, 2) for row in rows)]))
     code, out, err = told(capsys, both, "--deviation", "dev", "--radius", "30")
     assert code == 0 and "1440 points" in out and "'nr' is one word in each turn" in err
-    assert "they are read as 2 turns of one" in err
+    assert "they are read as turns of one" in err
     given = ("--deviation", "dev", "--radius", "30", "--section")
     code, out, _ = told(capsys, both, *given, "nr=2")
     assert code == 0 and "720 points" in out

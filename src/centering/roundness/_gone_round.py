@@ -12,7 +12,6 @@ from sdpgrind.base.columns.taken import Rules
 from sdpgrind.base.warned import warn
 
 _TURN = 2 * np.pi
-_ROUNDING = 1e-6  # chosen: of a turn; the first reading of the next may lie a digit before its end
 _WHOLE = 0.75  # chosen: share of the turn below which a ring was not gone round, or the angle is another one
 _OVERLAP = 0.25  # chosen: share of a turn that is there twice from which on the two are compared
 _LIKE = 0.5  # chosen: correlation of two turns of one ring; noise alone has less, too
@@ -29,27 +28,28 @@ def refuse_unnamed_angle(data: Any, rules: Rules) -> None:
 
 
 def warn_of_sections(data: Any, rules: Rules, angle: Floats) -> None:
-    """Warn where the angles (rad) of a table begin again and another column tells one turn from the next."""
-    gone = np.abs(np.unwrap(angle) - angle[0]) / _TURN
-    turns = np.floor(gone + _ROUNDING).astype(int)
-    if not turns[-1]:
+    """Warn where a column keeps one word while the angle (rad) goes round, then another for the next turn."""
+    known = np.isfinite(angle)
+    gone = np.unwrap(angle[known])
+    if gone.size < 2 or np.ptp(gone) < _TURN:
         return
     for sheet in opened(data, rules)[1]:
         for place, each in enumerate(sheet.headings):
-            if _counts(sheet.words(place), turns):
+            words = sheet.words(place)
+            if words.size == angle.size and _tells_turns(words[known], gone):
                 warn(
                     f"{sheet.where}: {each.header!r} is one word in each turn and another in the next: if"
                     f' these are sections of a part, say section=("{each.name}", ...) or Sections.read; they'
-                    f" are read as {turns[-1] + 1} turns of one"
+                    " are read as turns of one"
                 )
 
 
-def _counts(words: npt.NDArray[Any], turns: npt.NDArray[np.intp]) -> bool:
-    """Whether each turn has one word, and no other turn has it."""
-    if words.size != turns.size:
+def _tells_turns(words: npt.NDArray[Any], angle: Floats) -> bool:
+    """Whether words stay for a whole turn of the unwrapped angle (rad), or nearly, and never come back."""
+    begins = np.append(0, 1 + np.flatnonzero(words[1:] != words[:-1]))
+    if not 1 < begins.size == np.unique(words[begins].astype(str)).size:
         return False
-    found = [set(words[turns == turn].tolist()) for turn in range(turns[-1] + 1)]
-    return all(len(each) == 1 for each in found) and len(set().union(*found)) == len(found)
+    return all(np.ptp(run) > _WHOLE * _TURN for run in np.split(angle, begins[1:]))
 
 
 def refuse_part_of_a_turn(angle: Floats, file: str, meant: str) -> None:
