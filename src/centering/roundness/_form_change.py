@@ -18,6 +18,7 @@ from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Sentences
 from sdpgrind.base.units import UM
 
+_SURE = 1e-4  # chosen: chances nearer to 0 or 1 rest on the tails of a normal law
 _ROWS = 12  # chosen: largest undulations of each in the table of the page
 _PARTS = ("before", "after", "interval_before", "interval_after")
 _NUMBERS = {
@@ -155,11 +156,18 @@ class FormChange(ByValue, Plan):
                 (self.ron_t_after, self.interval_after),
             )
         ]
-        chance = "" if self.probability is None else f", fell with probability {self.probability:.4g}"
+        chance = "" if self.probability is None else f", fell with probability {_chance(self.probability)}"
         return (
             f"RONt (LSC) {heights[0]} -> {heights[1]} µm{chance}; turned by {np.degrees(self.rotation):.4g}"
             f" degrees, correlation {self.correlation:.2g}; {self.filter}"
         )
+
+
+def _chance(probability: float) -> str:
+    """A probability of which no more than four places are sure."""
+    if probability > 1 - _SURE:
+        return f"above {1 - _SURE:g}"
+    return f"below {_SURE:g}" if probability < _SURE else f"{probability:.4g}"
 
 
 def _label(unit: str, name: str) -> dict[str, str]:
