@@ -132,8 +132,12 @@ def test_what_is_refused():
         profile.remove_asperities(1.0)
 
 
-def test_form_without_noise_has_no_asperities():
-    """What the robust form leaves of two waves is curvature, far below a ten thousandth of them."""
-    angle = turn(1, 512)
-    form = 1e-3 * np.cos(2 * angle) + 4e-4 * np.cos(7 * angle - 1.0)
-    assert Profile(30.0 + form).remove_asperities().steps[0].startswith("no asperity more than 6 sd")
+@pytest.mark.filterwarnings(
+    "ignore:the robust filter still moves:UserWarning"
+)  # its weights have no noise to settle on
+@pytest.mark.parametrize("points", [360, 512, 720, 1024])
+@pytest.mark.parametrize("upr", [2, 3])
+def test_form_without_noise_has_no_asperities(points, upr):
+    """What the robust form leaves of a wave is curvature; taken as noise it made 4 to 14 % of points stand out."""
+    profile = Profile(30.0 + 1e-3 * np.cos(upr * (turn(1, points) - 1.0)))
+    assert profile.remove_asperities().steps[0].startswith("no asperity more than 6 sd")
