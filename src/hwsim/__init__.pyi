@@ -6,6 +6,8 @@ from ._link.links import QueueLink as QueueLink
 from ._link.tcp import TcpLink as TcpLink
 from ._link.tcp import TcpListener as TcpListener
 from ._link.watchdog import Watchdog as Watchdog
+from ._live.live import Aborted as Aborted
+from ._live.live import Live as Live
 from ._log.journal import Journal as Journal
 from ._log.log import Log as Log
 from ._loop.check import check as check

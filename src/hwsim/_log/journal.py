@@ -9,11 +9,12 @@ import json
 import math
 import os
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
 
+from hwsim._log.acts import OperatorAct
 from hwsim._log.fingerprint import fingerprint, former
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
@@ -23,6 +24,7 @@ from sdpgrind.base.records import whole_file
 
 _SCHEMA = """
 CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE act (part INTEGER, civil TEXT, monotonic INTEGER, who TEXT, what TEXT);
 CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, names TEXT NOT NULL, \
 arrays BLOB NOT NULL);
 """
@@ -143,16 +145,33 @@ class Journal:
                 raise ValueError(f"{str(self.path)!r} lacks part {expected}")
             yield _unpacked(names, arrays)
 
-    def add(self, number: int, part: LivePart) -> None:
-        """Write a finished part durably, in one transaction (private to this package)."""
+    def add(self, number: int, part: LivePart, acts: Sequence[OperatorAct] = ()) -> None:
+        """Write a part and what the operator did durably, in one transaction (private to this package)."""
         outcome = {name: _as_json(value) for name, value in part.outcome.items()}
+        row = (number, json.dumps(outcome), *_packed(part))
         try:
-            row = (number, json.dumps(outcome), *_packed(part))
-            self._database.execute("INSERT INTO part VALUES (?, ?, ?, ?)", row)
+            with self._database:
+                self._database.execute("BEGIN IMMEDIATE")
+                self._database.execute("INSERT INTO part VALUES (?, ?, ?, ?)", row)
+                self._database.executemany("INSERT INTO act VALUES (?, ?, ?, ?, ?)", acts)
         except sqlite3.IntegrityError:
             raise RuntimeError(
                 f"part {number} is in {str(self.path)!r} already: another run is writing there"
             ) from None
+
+    def forget_aborted(self) -> None:
+        """Remove a last part that was aborted, so that it is run again (private to this package)."""
+        last = self._database.execute(
+            "SELECT number, outcome FROM part ORDER BY number DESC LIMIT 1"
+        ).fetchone()
+        if last is not None and json.loads(last[1]).get("aborted") == 1.0:
+            self._database.execute("DELETE FROM part WHERE number = ?", (last[0],))
+
+    @property
+    def acts(self) -> tuple[OperatorAct, ...]:
+        """What the operator did in a live run: part, civil and monotonic time (ns), who, what."""
+        rows = self._database.execute("SELECT part, civil, monotonic, who, what FROM act ORDER BY rowid")
+        return tuple(OperatorAct(*row) for row in rows)
 
     def close(self) -> None:
         """Close the file."""

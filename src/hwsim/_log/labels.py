@@ -3,10 +3,23 @@
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from hwsim._part.routes import controllers, set_points
 from hwsim.protocols import Controller, Plant
+
+LIVE_COLUMNS: Final = {"release_delay": "s", "step_time": "s", "sample_age": "s", "overrun": ""}
+"""Name -> unit of the columns that a run against the clock adds to each table."""
+LIVE_OUTCOMES: Final = {
+    "begun": "",
+    "overruns": "",
+    "longest_step": "s",
+    "aborted": "",
+    "abort_reason": "",
+    "safe_delay": "s",
+    "safe_by": "",
+}
+"""Name -> unit of the outcomes that it adds."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +62,7 @@ class Labels:
 
     def column(self, name: str) -> dict[str, str]:
         """Attributes of a column of a table."""
-        read = {**self.set_points, **self.measures}
+        read = {**self.set_points, **self.measures, **LIVE_COLUMNS}
         if name in read:
             return _attributes(name, read[name])
         if name.endswith("_command"):
@@ -62,6 +75,8 @@ class Labels:
         if name in self.outcomes:
             unit, dimension = self.outcomes[name]
             return dimension, _attributes(name, unit)
+        if name in LIVE_OUTCOMES:
+            return "", _attributes(name, LIVE_OUTCOMES[name])
         return f"{name}_index", self._planned(name)
 
     def _planned(self, name: str) -> dict[str, str]:

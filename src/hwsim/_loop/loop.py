@@ -4,7 +4,7 @@ import copy
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from hwsim._live.live import Aborted, Live
+from hwsim._live.series import check_live, operated, rehearse, run_live
 from hwsim._log.journal import Journal
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
@@ -41,6 +43,7 @@ def run(
     adapt: Adaptation | None = None,
     journal: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
+    live: Live | None = None,
     progress: ProgressOption = None,
 ) -> Log:
     """Run a controller on a plant, part after part.
@@ -67,6 +70,10 @@ def run(
     executor : concurrent.futures.Executor, optional
         Runs parts in parallel, bit-equal to serial results. Not with `adapt`, nor on a plant that parts
         change (``after``, see `hwsim.protocols`).
+    live : Live, optional
+        Run against the clock, with a safe command, a deadline and an operator; see `Live`. Not with
+        `executor`. An aborted part stays in the journal; a run that resumes does it again on a simulated
+        plant, and goes on with the next one on a real machine.
     progress : callable(share, text), True or None
         Called with the completed share (0..1) and a text; True: a line with the time left. Default: silent.
 
@@ -80,6 +87,8 @@ def run(
     ValueError
         Before the first tick: controller and plant do not fit (see `check`), or the journal is of another
         run. During the run: an unknown or NaN command, or one that the machine refuses.
+    Aborted
+        With `live`, whatever ended the part, once the machine is safe.
 
     Examples
     --------
@@ -105,18 +114,25 @@ def run(
         raise ValueError(WAITS)
     plant, clock = checked_clock(plant, controller)
     check_order(plant, executor)
+    if live is not None:
+        check_live(live, plant, controller)
+        if executor is not None:
+            raise ValueError(
+                "executor must be None where live is given: one machine makes one part at a time"
+            )
+        rehearse(plant, controller, clock)
     labels = Labels.of(plant, controller)
     with _book(
         journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels
     ) as book:
-        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels, KeptMotions())
+        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels, KeptMotions(), live)
+        if book and live and not hasattr(plant, "start_live"):
+            book.forget_aborted()  # a simulated part can be run again
         done = [series.kept.of(part) for part in book.read(parts)] if book else []
         for part in done:
             series.learn(part)
         waiting = list(enumerate(children(rng, parts)))[len(done) :]
-        for part in series.in_order(waiting, executor):
-            if book:
-                book.add(len(done), part)
+        for part in series.finished(waiting, executor, done, book):
             done.append(part)
             logger.debug("part %d of %d is finished", len(done), parts)
             progress(len(done) / parts, f"part {len(done)} of {parts}")
@@ -158,9 +174,12 @@ class RunSeries:
     adapt: Adaptation | None
     labels: Labels
     kept: KeptMotions
+    live: Live | None = None
 
     def learn(self, part: LivePart) -> None:
-        """Update the plant by the finished part, and the controller by the adaptation."""
+        """Update the plant by a finished part, and the controller by the adaptation."""
+        if part.outcome.get("aborted", 0.0) == 1.0:  # it tells nothing about a whole part
+            return
         after = getattr(self.plant, "after", None)
         if after is not None:
             self.plant = after({name: _own(value) for name, value in part.outcome.items()})
@@ -174,13 +193,38 @@ class RunSeries:
             if faults := other_job(self.plant, self.controller):
                 raise ValueError(f"next of the adaptation must return a controller that fits: {faults[0]}")
 
+    def finished(
+        self,
+        waiting: Sequence[Numbered],
+        executor: Executor | None,
+        done: list[LivePart],
+        book: Journal | None,
+    ) -> Iterator[LivePart]:
+        """Run the waiting parts and write each to the journal, an aborted one before its error is raised."""
+        with operated(self.live) if self.live else nullcontext():
+            try:
+                for part in self.in_order(waiting, executor):
+                    self._write(book, len(done), part)
+                    yield part
+            except Aborted as error:
+                if error.part is not None:
+                    part = self.kept.of(error.part)
+                    self._write(book, len(done), part)
+                    done.append(part)
+                error.log = Log.of(done, self.labels)
+                raise
+
+    def _write(self, book: Journal | None, number: int, part: LivePart) -> None:
+        if book:
+            book.add(number, part, self.live.taken_acts() if self.live else ())
+
     def in_order(self, waiting: Sequence[Numbered], executor: Executor | None) -> Iterator[LivePart]:
         """Run the waiting parts and yield them in order, each as soon as it is finished, as `kept`."""
         if executor is not None:
             yield from map(self.kept.of, self._parallel(waiting, executor))
             return
         for numbered in waiting:
-            part = self.kept.of(_run_one(self.plant, self.controller, self.clock, numbered))
+            part = self.kept.of(_run_one(self.plant, self.controller, self.clock, numbered, self.live))
             yield part
             self.learn(part)
 
@@ -202,11 +246,17 @@ def _run_piece(
     return [_run_one(plant, controller, clock, numbered) for numbered in piece]
 
 
-def _run_one(plant: Plant, controller: Controller, clock: Clock, numbered: Numbered) -> LivePart:
+def _run_one(
+    plant: Plant, controller: Controller, clock: Clock, numbered: Numbered, live: Live | None = None
+) -> LivePart:
     """Run one part on a copy of the controller."""
     number, rng = numbered
+    controller = copy.deepcopy(controller)
     try:
-        return run_part(plant, copy.deepcopy(controller), clock, rng)
+        if live is not None:
+            live.wait_while_paused(number)
+            return run_live(plant, controller, clock, rng, live)
+        return run_part(plant, controller, clock, rng)
     except Exception as error:
         error.add_note(f"in part {number}")
         raise

@@ -45,8 +45,11 @@ class Tier:
     units: Mapping[str, str]  # units of its commands
     accepted: Container[str]  # names that the plant accepts; of a recording any
     held: dict[str, Any]  # set-points from higher tiers
+    step: Callable[..., Any]  # of the controller
     due: int = 0
+    missed: int = 0  # releases before the last step that passed by; none but on a machine with its own clock
     rows: list[Row] = field(default_factory=list)
+    timing: dict[str, list[float]] = field(default_factory=dict)  # further columns, a value a step
 
 
 def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.Generator) -> LivePart:
@@ -55,24 +58,56 @@ def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.
     controller.reset()
     if (part := _at_once(machine, controller)) is not None:
         return part
-    tiers = _tiers(plant, controllers(controller), clock)
-    measures = dict(plant.measures)
-    reading = _whole(machine.step(_NOTHING, 0), measures)
-    event = True  # at the start
-    while not machine.done:
-        now = machine.time
-        try:
-            command, fresh = _decide(tiers, now, event, reading)
-            reading = _whole(machine.step(command, _wait(tiers, now)), measures)
-        except Exception as error:
-            error.add_note(f"at {clock.seconds(now):g} s of the part")
-            raise
-        for tier, row in fresh:
+    loop = PartLoop(plant, machine, controller, clock)
+    loop.run()
+    return loop.result()
+
+
+class PartLoop:
+    """Loop of one part on a machine at time 0, with a controller that was reset."""
+
+    def __init__(self, plant: Plant, machine: Machine, controller: Controller, clock: Clock) -> None:
+        self.tiers = _tiers(plant, controllers(controller), clock)
+        self.machine = machine
+        self.unanswered: list[tuple[Tier, Row]] = []  # steps whose commands the machine has not taken yet
+        self._clock, self._measures = clock, dict(plant.measures)
+        self._reading: Mapping[str, Any] = dict.fromkeys(self._measures, nan)
+        self._read_at = 0  # ticks
+
+    def run(self) -> None:
+        """Step until the part is done."""
+        tiers, machine, measures = self.tiers, self.machine, self._measures
+        self._reading = _whole(machine.step(_NOTHING, 0), measures)
+        event = True  # at the start
+        while not machine.done:
+            now = machine.time
+            try:
+                command, self.unanswered = _decide(tiers, now, event, self._reading)
+                self._reading = _whole(machine.step(command, _wait(tiers, now)), measures)
+                self._read_at = machine.time
+            except Exception as error:
+                error.add_note(f"at {self._clock.seconds(now):g} s of the part")
+                raise
+            self.answered()
+            event = machine.event
+            if not event and machine.time == now and not machine.done:
+                raise RuntimeError("nothing is under way and nothing was commanded: the part would never end")
+
+    def try_first_step(self) -> None:
+        """Step the controllers once, command nothing: what is compiled or loaded at first use is ready then."""
+        self._reading = _whole(self.machine.step(_NOTHING, 0), self._measures)
+        _decide(self.tiers, self.machine.time, True, self._reading)
+
+    def answered(self) -> None:
+        """Keep the rows of the last steps: the machine has taken their commands."""
+        for tier, row in self.unanswered:
             tier.rows.append(row)
-        event = machine.event
-        if not event and machine.time == now and not machine.done:
-            raise RuntimeError("nothing is under way and nothing was commanded: the part would never end")
-    return _finished(tiers, machine, reading, clock)
+        self.unanswered = []
+
+    def result(self, *, finished: bool = True) -> LivePart:
+        """Tables and outcome of what was run; of a part that was broken off no verdict of the controllers."""
+        end = self._read_at, self._reading
+        return _finished(self.tiers, self.machine, end, self._clock, verdicts=finished)
 
 
 def _at_once(machine: Machine, controller: Controller) -> LivePart | None:
@@ -107,7 +142,7 @@ def _tier(
     logged = tuple(each for each in plant.measures if everything or each in reads_of(controller))
     units = {**plant.accepts, **route.sends}
     report, held = getattr(controller, "report", None), dict.fromkeys(route.takes, nan)
-    return Tier(name, controller, period, report, route, logged, units, plant.accepts, held)
+    return Tier(name, controller, period, report, route, logged, units, plant.accepts, held, controller.step)
 
 
 def _decide(
@@ -120,14 +155,15 @@ def _decide(
         if tier.due > now or (tier.period is None and not event):
             continue
         read = {**reading, **tier.held} if tier.held else reading
-        given = tier.controller.step(**read)
+        if tier.period is not None:
+            tier.missed = (now - tier.due) // tier.period
+            tier.due += (tier.missed + 1) * tier.period
+        given = tier.step(**read)
         _check_command(tier, given)
         given = dict(given)
         fresh.append((tier, (now, read, given, dict(tier.report()) if tier.report else _NOTHING)))
         passed = _passed_down(tiers[k + 1 :], tier.route.sends, given) if tier.route.sends else given
         command = passed | command if command else passed
-        if tier.period is not None:
-            tier.due = now + tier.period
     return command, fresh
 
 
@@ -163,15 +199,17 @@ def _wait(tiers: list[Tier], now: int) -> int:
     return due - now
 
 
-def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], clock: Clock) -> LivePart:
+def _finished(
+    tiers: list[Tier], machine: Machine, end: tuple[int, Mapping[str, Any]], clock: Clock, *, verdicts: bool
+) -> LivePart:
     """Turn rows into columns; a last row without a command has the final measurements."""
     said: dict[str, Any] = {}
     for tier in tiers:
         first = tier.rows[0][3] if tier.rows and tier.period is None else _NOTHING
         said |= {f"{name}_planned": value for name, value in first.items()}
-        said |= getattr(tier.controller, "verdict", dict)()
-        if not tier.rows or tier.rows[-1][0] < machine.time:
-            tier.rows.append((machine.time, {**reading, **tier.held}, _NOTHING, _NOTHING))
+        said |= getattr(tier.controller, "verdict", dict)() if verdicts else {}
+        if not tier.rows or tier.rows[-1][0] < end[0]:
+            tier.rows.append((end[0], {**end[1], **tier.held}, _NOTHING, _NOTHING))
     outcome = dict(machine.outcome())
     outcome = outcome | said | outcome  # order of the machine's names, and its values
     tables: dict[str, Mapping[str, Column]] = {}
@@ -195,6 +233,8 @@ def _tables(tier: Tier, clock: Clock) -> dict[str, dict[str, Column]]:
             of_rows |= row_table(tier.name, name, table["time"], values)
     for name in dict.fromkeys(name for row in reported for name in row):
         table[f"{name}_planned"] = column([row.get(name, nan) for row in reported])
+    for name, values in tier.timing.items():
+        table[name] = column([*values, *[nan] * (len(ticks) - len(values))][: len(ticks)])
     return {tier.name: table, **of_rows}
 
 

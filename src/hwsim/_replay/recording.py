@@ -6,6 +6,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from hwsim._log.labels import LIVE_COLUMNS
 from hwsim._log.log import Log
 from hwsim._part.clock import Clock, common_tick, exact, simplest
 from hwsim._part.motions import Column
@@ -104,7 +105,9 @@ class Recording:
         names = (
             name
             for name in self._units
-            if not name.endswith((_COMMAND, _PLANNED)) and name not in self._set_points
+            if not name.endswith((_COMMAND, _PLANNED))
+            and name not in self._set_points
+            and name not in LIVE_COLUMNS
         )
         return {name: self._units[name] for name in names}
 
@@ -164,13 +167,17 @@ class Recording:
             for row, when in enumerate(zip(table["time"].tolist(), again.tolist(), strict=True)):
                 at.setdefault(when, {})[tier] = row
         passes = _with_events(self._tables)
+        timed = {tier for tier, table in self._tables.items() if "overrun" in table}
         for (time, _), here in sorted(at.items()):
             reading: dict[str, Any] = {}
             commands: dict[str, Any] = {}
             for tier, row in here.items():
                 for name, values in self._tables[tier].items():
                     self._sort(name, self._motion(tier, name, row, _entry(values, row)), reading, commands)
-            yield Instant(time, reading, commands, bool(passes & here.keys()))
+            missed = any(
+                self._tables[tier]["overrun"][row] > 0 for tier, row in here.items() if tier in timed
+            )
+            yield Instant(time, reading, commands, bool(passes & here.keys()), missed)
 
     def _motion(self, tier: str, name: str, row: int, value: Any) -> Any:
         """The motion where the log has its rows; else its number of rows."""
@@ -180,7 +187,7 @@ class Recording:
     def _sort(self, name: str, value: Any, reading: dict[str, Any], commands: dict[str, Any]) -> None:
         """Put a column's value among the readings or, for the first tier that has it, the commands."""
         bare = name.removesuffix(_COMMAND)
-        if bare in self._set_points or name.endswith(_PLANNED):
+        if bare in self._set_points or name in LIVE_COLUMNS or name.endswith(_PLANNED):
             return
         if bare == name:
             reading.setdefault(name, value)

@@ -17,6 +17,7 @@ class Instant(NamedTuple):
     reading: Mapping[str, Any]
     commands: Mapping[str, Any]
     event: bool
+    missed: bool = False  # releases before it passed by, in a run against the clock
 
 
 class Replay:
@@ -64,7 +65,7 @@ class Replay:
             self.time += ticks if ticks < FOREVER else 1
         else:
             due = self._clock.nearest(self._instants[following].time)
-            self._here = due <= self.time + ticks
+            self._here = due <= self.time + ticks or self._instants[following].missed
             self.time = due if self._here else self.time + ticks
         if self._here:
             self._at = following

@@ -78,10 +78,11 @@ class WeldBead:
         return {"height": self._scan, "time_left": self._time_left(), **self._of_pass}
 
     def _take(self, command: Mapping[str, Any]) -> None:
-        if self._under_way is not None:
-            raise ValueError(f"a command must wait for the end of the pass; got {dict(command)!r} during it")
         if command.get("stop"):
+            self._break_off()
             self.done = True
+        elif self._under_way is not None:
+            raise ValueError(f"a command must wait for the end of the pass; got {dict(command)!r} during it")
         elif command.keys() - {"stop"}:
             self._under_way = self._checked(command)
             self._ticks_left = self._under_way.ticks
@@ -134,6 +135,13 @@ class WeldBead:
         if not self._ticks_left:
             self._finish_pass(self._under_way)
             self._under_way, self.event = None, True
+
+    def _break_off(self) -> None:
+        """Lift the wheel within a pass: what lies behind it is ground, the mean height falls by its share."""
+        if (broken := self._under_way) is not None:
+            cut, _ = self._drawn(broken.normal_force, broken.feed_rate)
+            self._height -= cut * (1 - self._ticks_left / broken.ticks)
+            self._under_way = None
 
     def _finish_pass(self, done: Pass) -> None:
         cut, truth = self._drawn(done.normal_force, done.feed_rate)

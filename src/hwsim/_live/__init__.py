@@ -1,0 +1,1 @@
+"""Runs against a clock: releases, the last word on late commands, the operator, what a part took."""

@@ -1,0 +1,77 @@
+"""Which commands reach a machine: new ones while they are young, then the safe one, then nothing."""
+
+from collections import deque
+from collections.abc import Mapping
+from math import isfinite
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+POLL: Final = 0.002
+"""Time between two polls, s; chosen: a tenth of the shortest useful deadline, 1 to 2 % of a core."""
+
+
+class Trip(NamedTuple):
+    """Why, by whom and how fast a machine was made safe."""
+
+    reason: str
+    by: str  # "runner", "link", "machine"; "": the machine refused it
+    delay: float  # s from the last sign of life of the controller
+
+
+class Forwarding:
+    """Commands of one part on their way to the machine; times are monotonic, ns.
+
+    The thread of the controller hands over and renews; one other thread polls and writes what `poll` returns.
+    After the safe command the part is latched: nothing follows it.
+    """
+
+    def __init__(self, safe: Mapping[str, Any], deadline: int, now: int) -> None:
+        self.trip: Trip | None = None
+        self._safe, self._deadline, self._life = dict(safe), deadline, now
+        self._waiting: deque[Mapping[str, Any]] = deque()
+        self._asked: tuple[str, str] | None = None
+
+    def hand(self, command: Mapping[str, Any], now: int) -> None:
+        """Hand over changed commands."""
+        self._waiting.append(command)
+        self._life = now
+
+    def renew(self, now: int) -> None:
+        """Say that the controller is alive: it waits for its release or for an event."""
+        self._life = now
+
+    def ask(self, reason: str, by: str) -> None:
+        """Ask for the safe command; the first reason counts."""
+        self._asked = self._asked or (reason, by)
+
+    def refused(self, error: Exception) -> None:
+        """Note that the machine did not take the safe command."""
+        assert self.trip is not None
+        self.trip = self.trip._replace(
+            reason=f"{self.trip.reason}; the safe command was refused: {error}", by=""
+        )
+
+    def alive(self, now: int) -> bool:
+        """Whether a heartbeat may be sent: the controller was heard within the deadline, nothing tripped."""
+        return self.trip is None and self._asked is None and now - self._life <= self._deadline
+
+    def poll(self, now: int) -> Mapping[str, Any]:
+        """Return what to write now: changed commands, once the safe command, or nothing."""
+        if self.trip is not None:
+            return {}
+        if now - self._life > self._deadline:
+            self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms", "link")
+        command: dict[str, Any] = {}
+        while self._waiting and self._asked is None:
+            command |= self._waiting.popleft()
+        if odd := [name for name, value in command.items() if not _finite(value)]:
+            self.ask(f"{odd[0]} must be a finite number; got {command[odd[0]]!r}", "link")
+        if self._asked is None:
+            return command
+        self.trip = Trip(*self._asked, (now - self._life) / 1e9)
+        return self._safe
+
+
+def _finite(value: Any) -> bool:
+    return isfinite(value) if isinstance(value, float | int) else bool(np.isfinite(np.asarray(value)).all())

@@ -1,0 +1,213 @@
+"""How a run meets a real clock, and the operator's hand on it."""
+
+import time
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from hwsim._log.acts import OperatorAct
+from hwsim._part.part import LivePart
+from sdpgrind.base import checks
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+_POLL = 0.02  # s; chosen: below what an operator notices
+
+
+class Aborted(RuntimeError):  # noqa: N818  an outcome of the operator, not a fault
+    """A run was stopped and its machine made safe; `log` has the finished parts and the rows of the last one.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> issubclass(hwsim.Aborted, RuntimeError)
+    True
+    """
+
+    log: "Log"
+    """Everything up to the safe command; the last part has ``aborted`` = 1 and ``abort_reason``."""
+    part: LivePart | None = None
+    """The aborted part (private to this package); None: it was not begun."""
+
+
+class Live:
+    """How `run` meets a real clock: ``hwsim.run(plant, controller, live=hwsim.Live(safe={"stop": 1.0}))``.
+
+    Steps are released on an absolute grid of a monotonic clock; releases that fall into a late step are
+    missed and counted. Whatever goes wrong, the machine gets the safe command first; then the rows of the
+    part are kept and `Aborted` is raised. A simulated plant keeps wall time: where nothing was late, its log
+    has the same numbers as without `live`.
+
+    **This is no safety function.** It replaces no interlock, limit switch or emergency stop of a machine; a
+    general-purpose computer keeps no hard deadline.
+
+    Parameters
+    ----------
+    safe : mapping
+        Command that makes the machine safe, in names and units that the plant accepts: {"stop": 1.0}.
+        Required but in shadow.
+    deadline : float
+        Longest step of the controller, s; after it the machine is made safe. It bounds the step, not the
+        period: waiting counts as life.
+    stale : float, optional
+        Age at which readings of a real machine count as stale and abort the part, s. Default: two periods.
+    overruns : {"count", "abort"}
+        What a missed release does.
+    shadow : bool
+        Listen only: nothing is written to the machine, whose own control commands. The log holds what the
+        controller would have commanded.
+    stuck : mapping, optional
+        Measured name -> number of equal readings in a row that abort the part while the machine is commanded:
+        {"size": 20}.
+
+    Raises
+    ------
+    ValueError
+        When a value is out of range, or `safe` is missing.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> class Leave:
+    ...     period = None
+    ...     def reset(self): ...
+    ...     def step(self, **measured):
+    ...         return {"stop": 1.0}
+    >>> live = hwsim.Live(safe={"stop": 1.0}, deadline=0.5)
+    >>> log = hwsim.run(hwsim.WeldBeadStand(weldbead.preset("P1")), Leave(), live=live)
+    >>> log.outcome[["aborted", "overruns"]].to_array().values.ravel(), live.state
+    (array([0., 0.]), 'idle')
+    """
+
+    def __init__(
+        self,
+        *,
+        safe: Mapping[str, float] | None = None,
+        deadline: float = 0.05,
+        stale: float | None = None,
+        overruns: str = "count",
+        shadow: bool = False,
+        stuck: Mapping[str, int] | None = None,
+    ) -> None:
+        self.safe = _checked_safe(safe, shadow=shadow)
+        self.deadline = checks.positive("deadline", deadline, "s")
+        self.stale = None if stale is None else checks.positive("stale", stale, "s")
+        self.overruns = checks.one_of("overruns", overruns, ("count", "abort"))
+        self.shadow = checks.kind("shadow", shadow, bool)
+        self.stuck = {name: checks.count(f"stuck[{name!r}]", n, 2) for name, n in (stuck or {}).items()}
+        self.acts: list[OperatorAct] = []
+        """Acts of the operator, in order."""
+        self.part = 0
+        """Number of the part under way."""
+        self.reason: str | None = None
+        """Why the run is to be aborted; None: it is not."""
+        self._running = self._paused = False
+
+    @property
+    def state(self) -> str:
+        """``"idle"``, ``"running"``, ``"paused"`` or ``"aborted"``; the last for good."""
+        if self.reason is not None:
+            return "aborted"
+        if self._paused:
+            return "paused"
+        return "running" if self._running else "idle"
+
+    def pause(self, who: str = "program") -> None:
+        """Finish the part under way and begin none; callable from any thread.
+
+        Parameters
+        ----------
+        who : str
+            Who asked, for the journal.
+
+        Examples
+        --------
+        >>> live = Live(safe={"stop": 1.0})
+        >>> live.pause()
+        >>> live.state
+        'paused'
+        """
+        self._act("pause", who)
+        self._paused = True
+
+    def resume(self, who: str = "program") -> None:
+        """Go on after a pause; callable from any thread.
+
+        Parameters
+        ----------
+        who : str
+            Who asked, for the journal.
+
+        Examples
+        --------
+        >>> live = Live(safe={"stop": 1.0})
+        >>> live.pause(), live.resume(), live.state
+        (None, None, 'idle')
+        """
+        self._act("resume", who)
+        self._paused = False
+
+    def abort(self, reason: str = "asked by the operator", who: str = "program") -> None:
+        """Make the machine safe at once and end the run; callable from any thread and signal handler.
+
+        Parameters
+        ----------
+        reason : str
+            For the log.
+        who : str
+            Who asked, for the journal.
+
+        Examples
+        --------
+        >>> live = Live(safe={"stop": 1.0})
+        >>> live.abort("door open")
+        >>> live.state, live.reason
+        ('aborted', 'door open')
+        """
+        self._act(f"abort: {reason}", who)
+        self.reason = self.reason or reason
+
+    def _act(self, what: str, who: str) -> None:
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        self.acts.append(OperatorAct(self.part, now, time.monotonic_ns(), who, what))
+
+    def begin(self) -> None:
+        """Begin a run (private to this package); a `Live` that was aborted stays so."""
+        if self.reason is not None:
+            raise ValueError(f"live must be a new Live: this one was aborted ({self.reason})")
+        if self._running:
+            raise ValueError("live must not be in another run: each has its own Live")
+        self._running = True
+
+    def end(self) -> None:
+        """End a run (private to this package)."""
+        self._running = False
+
+    def wait_while_paused(self, part: int) -> None:
+        """Wait until a part may begin (private to this package); `Aborted` when none may."""
+        self.part = part
+        while self._paused and self.reason is None:
+            time.sleep(_POLL)
+        if self.reason is not None:
+            raise Aborted(f"no part was begun: {self.reason}")
+
+    def taken_acts(self) -> tuple[OperatorAct, ...]:
+        """Return the acts since the last call (private to this package)."""
+        taken, self.acts = tuple(self.acts), []
+        return taken
+
+    def __repr__(self) -> str:
+        return f"<hwsim.Live: {self.state}, deadline {self.deadline:g} s>"
+
+
+def _checked_safe(safe: Any, *, shadow: bool) -> dict[str, float]:
+    if shadow and safe is None:
+        return {}
+    if not isinstance(safe, Mapping) or not safe:
+        raise ValueError(
+            "safe must be the command that makes the machine safe, such as {'stop': 1.0}; "
+            f"got {checks.shown(safe)}"
+        )
+    return {name: checks.number(f"safe[{name!r}]", value) for name, value in safe.items()}

@@ -1,0 +1,143 @@
+"""A run on a machine with a clock: signals, pauses, one part after the other, the safe command first."""
+
+import copy
+import gc
+import signal
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from types import FrameType
+from typing import Any
+
+import numpy as np
+
+from hwsim._live import timing
+from hwsim._live.live import Aborted, Live
+from hwsim._live.machine import LiveMachine, TrippedError
+from hwsim._live.wall import WallMachine
+from hwsim._log.labels import LIVE_COLUMNS
+from hwsim._part.clock import Clock
+from hwsim._part.part import LivePart, PartLoop
+from hwsim._part.routes import controllers
+from hwsim.protocols import Controller, Plant
+from sdpgrind.base import checks
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+def check_live(live: Live, plant: Plant, controller: Controller) -> None:
+    """Refuse a live run whose safe command the plant does not take, or that would log a name twice."""
+    checks.kind("live", live, Live, ": hwsim.Live(safe=...)")
+    for name in live.safe:
+        if name not in plant.accepts:
+            raise checks.refuse(
+                "safe", f"of commands that the plant accepts: {', '.join(plant.accepts)}", name
+            )
+    if live.shadow and not hasattr(plant, "start_live"):
+        raise ValueError(
+            f"live must not be in shadow on a simulated {type(plant).__name__}: it has no control of its own"
+        )
+    for name in live.stuck:
+        if name not in plant.measures:
+            raise checks.refuse("stuck", f"of measurements of the plant: {', '.join(plant.measures)}", name)
+    if hasattr(controller, "tripped"):
+        raise ValueError(
+            "controller must not be a Watchdog in a live run: Live has the safe command and a deadline"
+        )
+    if twice := [name for name in LIVE_COLUMNS if name in plant.measures]:
+        raise ValueError(f"the plant must not measure {twice[0]}, which a live run writes")
+
+
+@contextmanager
+def operated(live: Live) -> Iterator[None]:
+    """Begin and end a run; signals that would end the process abort it in between."""
+    live.begin()
+    former = {}
+    if threading.current_thread() is threading.main_thread():
+        former = {number: signal.signal(number, _aborting(live)) for number in _SIGNALS}
+    gc.collect()
+    gc.freeze()  # a full collection of everything that was imported takes longer than a step may
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+        for number, handler in former.items():
+            signal.signal(number, handler)
+        live.end()
+
+
+def _aborting(live: Live) -> Any:
+    def handle(number: int, frame: FrameType | None) -> None:
+        name = signal.Signals(number).name
+        live.abort(name, who=name)
+
+    return handle
+
+
+def rehearse(plant: Plant, controller: Controller, clock: Clock) -> None:
+    """Try the first step of a simulated part on copies: machine code is loaded before the clock counts."""
+    if not hasattr(plant, "start_live"):
+        own = copy.deepcopy(controller)
+        own.reset()
+        PartLoop(plant, plant.start(np.random.default_rng(0)), own, clock).try_first_step()
+
+
+def run_live(
+    plant: Plant, controller: Controller, clock: Clock, rng: np.random.Generator, live: Live
+) -> LivePart:
+    """Run one part against the clock; `Aborted`, with its rows, once the machine is safe."""
+    begun = datetime.now(UTC).isoformat(timespec="milliseconds")
+    controller.reset()
+    machine = _started(plant, controller, clock, rng, live)
+    try:
+        loop = PartLoop(plant, machine, controller, clock)
+        timing.attach(loop, machine)
+        try:
+            loop.run()
+        except BaseException as error:
+            machine.make_safe(_reason(error))
+            raise _aborted(loop, machine, begun) from _cause(error)
+        machine.close()  # a finished part cannot be late any more
+        return _part(loop, machine, begun)
+    finally:
+        machine.close()
+
+
+def _started(
+    plant: Plant, controller: Controller, clock: Clock, rng: np.random.Generator, live: Live
+) -> LiveMachine:
+    periods = [
+        clock.ticks(f"period of {name}", each.period)
+        for name, each in controllers(controller).items()
+        if each.period is not None
+    ]
+    period = min(periods, default=None)
+    start = getattr(plant, "start_live", None)
+    if start is not None:
+        machine: LiveMachine = start(rng, live, period)
+        return machine
+    return WallMachine(plant.start(rng), clock.tick, period, live)
+
+
+def _reason(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}".removesuffix(": ")
+
+
+def _cause(error: BaseException) -> BaseException | None:
+    return None if isinstance(error, TrippedError) else error
+
+
+def _aborted(loop: PartLoop, machine: LiveMachine, begun: str) -> Aborted:
+    if machine.taken:
+        loop.answered()
+    assert machine.trip is not None  # it was made safe
+    error = Aborted(f"the part was aborted and the machine made safe: {machine.trip.reason}")
+    error.part = _part(loop, machine, begun)
+    return error
+
+
+def _part(loop: PartLoop, machine: LiveMachine, begun: str) -> LivePart:
+    part = loop.result(finished=machine.trip is None)
+    further: Mapping[str, Any] = timing.outcome(loop, machine, begun)
+    return LivePart(part.tables, {**part.outcome, **further})
