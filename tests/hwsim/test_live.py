@@ -1,0 +1,289 @@
+"""Runs of a simulated plant against the clock: equal numbers, and the safe command whatever goes wrong."""
+
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from hwsim_fakes import Drain, Faster, Tank, noisy_tank
+from live_fakes import (
+    INTERRUPT,
+    PERIOD,
+    TERMINATE,
+    Failing,
+    asleep,
+    broken,
+    leaving,
+    looping,
+    not_a_number,
+    unknown,
+)
+
+import hwsim
+from hwsim._loop.loop import run
+from sdpgrind import plunge, weldbead
+
+SAFE = {"close": 1.0}
+TANK = Tank(level=4.0, tick=PERIOD / 2)
+LONG = 1.0  # deadline where nothing is to be late, s; above what a busy machine makes a thread wait
+
+
+def live(**options):
+    return hwsim.Live(**{"safe": SAFE, "deadline": LONG, **options})
+
+
+def aborted(wrong, **options):
+    """Log of a run that is broken off, and its error."""
+    with pytest.raises(hwsim.Aborted) as caught:
+        hwsim.run(TANK, Failing(wrong), live=live(**options))
+    return caught.value.log, caught.value
+
+
+def same_numbers(one, other):
+    for name in one.outcome:
+        np.testing.assert_array_equal(one.outcome[name].values, other.outcome[name].values, str(name))
+    for tier in one.tiers:
+        for name in one[tier].variables:
+            np.testing.assert_array_equal(one[tier][name].values, other[tier][name].values, f"{tier} {name}")
+
+
+@pytest.mark.parametrize("period", [PERIOD, None])
+def test_where_nothing_is_late_the_numbers_are_those_of_a_simulation(period):
+    plant = Tank(level=1.0, tick=PERIOD / 2, alarm=0.5, leak=0.5)
+    begun = time.monotonic()
+    against_clock = hwsim.run(plant, Drain(10.0, period), parts=2, rng=1, live=live())
+    lasted = time.monotonic() - begun
+    simulated = hwsim.run(plant, Drain(10.0, period), parts=2, rng=1)
+    if not against_clock.outcome.overruns.any():  # a busy machine may be late
+        same_numbers(simulated, against_clock)
+    assert lasted >= simulated.outcome.time.sum()
+    assert not against_clock.outcome.aborted.any()
+    assert against_clock.outcome.overruns.units == "1"
+    assert against_clock["tap"].step_time.units == "s"
+
+
+def test_tiers_keep_their_own_grids_in_a_live_hierarchy():
+    problem = plunge.preset("simulation")
+    grinder, controller = (
+        hwsim.PlungeGrinder(problem.replace(stock=0.02)),
+        plunge.CycleController(problem.replace(stock=0.02)),
+    )
+    log = hwsim.run(grinder, controller, live=hwsim.Live(safe={"retract": 1.0}, deadline=1.0))
+    table = log[log.tiers[0]]
+    due = np.round(table.time.values / controller.period)
+    np.testing.assert_allclose(table.time.values[:-1], due[:-1] * controller.period, rtol=0, atol=1e-12)
+    missed = np.diff(due[:-1]) - 1
+    np.testing.assert_array_equal(table.overrun.values[1:-1], missed)
+    assert float(log.outcome.overruns[0]) == missed.sum()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "by", "said"),
+    [
+        (broken, "runner", "KeyError: 'sensor'"),
+        (leaving, "runner", "SystemExit: 3"),
+        (not_a_number, "runner", "flow commanded by tap must be a number"),
+        (unknown, "runner", "a command of tap must be one of"),
+        (asleep(0.4), "link", "no sign of the controller for more than 100 ms"),
+        (looping, "link", "no sign of the controller for more than 100 ms"),
+        (INTERRUPT, "link", "SIGINT"),
+        (TERMINATE, "link", "SIGTERM"),
+    ],
+)
+def test_whatever_goes_wrong_the_machine_is_made_safe_first(wrong, by, said):
+    log, error = aborted(wrong, deadline=0.1)
+    outcome = log.outcome.isel(part=-1)
+    assert said in str(error)
+    assert said in str(outcome.abort_reason.values)
+    assert float(outcome.aborted) == 1.0
+    assert str(outcome.safe_by.values) == by
+    assert 0.0 <= float(outcome.safe_delay) < 0.3
+    assert log["tap"].time.size >= 4  # the rows up to then are kept
+    assert hwsim.run(hwsim.Recording(log), Drain(10.0, PERIOD)).outcome.same.all()
+
+
+def test_signal_handlers_are_put_back():
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    aborted(INTERRUPT)
+    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
+
+
+def test_missed_releases_are_counted_and_their_log_replays():
+    log = hwsim.run(TANK, Failing(asleep(2.4 * PERIOD)), live=live())
+    table = log["tap"]
+    assert float(table.overrun.max()) >= 2
+    assert float(log.outcome.overruns[0]) == table.overrun.sum()
+    assert float(log.outcome.longest_step[0]) >= 2.4 * PERIOD
+    assert hwsim.run(hwsim.Recording(log), Drain(10.0, PERIOD)).outcome.same.all()
+
+
+def test_a_late_command_takes_effect_when_it_came():
+    def opened():
+        time.sleep(1.5 * PERIOD)
+        return {"flow": 20.0}
+
+    log = hwsim.run(Tank(level=4.0, tick=PERIOD / 2, alarm=-1.0), Failing(opened), live=live())
+    level, at = log["tap"].level.values, log["tap"].time.values
+    late = int(np.flatnonzero(log["tap"].overrun.values)[0])
+    held = (at[late] - at[late - 1]) - (level[late - 1] - level[late]) / 20.0  # flow was 10 for twice as long
+    assert held >= 1.5 * PERIOD / 2 - 1e-9
+
+
+def test_a_missed_release_can_abort():
+    _, error = aborted(asleep(2.4 * PERIOD), overruns="abort")
+    assert "a release was missed" in str(error)
+
+
+def test_an_abort_from_another_thread_during_a_long_wait():
+    operator = live()
+
+    class Once(Drain):
+        def step(self, **read):
+            if operator.state == "running":
+                threading.Timer(0.2, lambda: operator.abort("door open")).start()
+            return super().step(**read)
+
+        def __deepcopy__(self, memo):
+            return self  # and with it the operator
+
+    with pytest.raises(hwsim.Aborted, match="door open") as caught:
+        hwsim.run(Tank(level=60.0, tick=0.01, alarm=5.0), Once(1.0), live=operator)
+    outcome = caught.value.log.outcome.isel(part=0)
+    assert operator.state == "aborted"
+    assert 0.0 < float(outcome.time) < 10.0  # and not at the event, 55 s later
+    assert float(outcome.level) == pytest.approx(60.0 - float(outcome.time), abs=0.01)
+
+
+def test_an_aborted_live_is_not_used_again():
+    operator = live()
+    operator.abort("door open")
+    with pytest.raises(ValueError, match=r"live must be a new Live: this one was aborted \(door open\)"):
+        hwsim.run(TANK, Drain(10.0, PERIOD), live=operator)
+
+
+def test_paused_between_parts():
+    operator, begun = live(), []
+
+    class Seen(Drain):
+        def reset(self):
+            super().reset()
+            begun.append(operator.state)
+
+        def __deepcopy__(self, memo):
+            return self
+
+    operator.pause()
+    threading.Timer(0.3, operator.resume).start()
+    log = hwsim.run(Tank(level=0.5, tick=0.01), Seen(10.0), parts=2, live=operator)
+    assert len(log) == 2
+    assert "running" in begun[1:]  # the first is the rehearsal
+    assert operator.state == "idle"
+
+
+def test_an_abort_during_a_pause_begins_no_part():
+    operator = live()
+    operator.pause()
+    threading.Timer(0.1, lambda: operator.abort("lunch")).start()
+    with pytest.raises(hwsim.Aborted, match="no part was begun: lunch"):
+        hwsim.run(TANK, Drain(10.0, PERIOD), live=operator)
+
+
+def test_an_aborted_part_is_in_the_journal_and_is_run_again_on_a_simulated_plant(tmp_path):
+    path = tmp_path / "run.db"
+    plant = Tank(level=0.5, tick=PERIOD / 2, leak=0.5)
+    broken_off = {"left": 3}
+
+    class Third(Failing):
+        def reset(self):
+            super().reset()
+            broken_off["left"] -= 1
+
+        @property
+        def wrong(self):
+            return broken if broken_off["left"] == 0 else lambda: None
+
+        @wrong.setter
+        def wrong(self, value): ...
+
+        identity = "third"
+
+    with pytest.raises(hwsim.Aborted):
+        hwsim.run(plant, Third(None, at=1), parts=3, rng=3, live=live(), journal=path, adapt=None)
+    with hwsim.Journal(path) as journal:
+        np.testing.assert_array_equal(journal.log().outcome.aborted, [0.0, 1.0])
+    whole = hwsim.run(plant, Third(None, at=1), parts=3, rng=3, live=live(), journal=path)
+    plain = hwsim.run(plant, Third(None, at=1), parts=3, rng=3)
+    np.testing.assert_array_equal(whole.outcome.leak, plain.outcome.leak)
+    assert not whole.outcome.aborted.any()
+
+
+def test_adaptations_never_see_an_aborted_part():
+    from hwsim._log.labels import Labels
+    from hwsim._loop.loop import RunSeries
+    from hwsim._part.kept_motions import KeptMotions
+    from hwsim._part.part import LivePart
+
+    plant, controller, seen = noisy_tank(), Drain(), Faster()
+    series = RunSeries(plant, None, controller, seen, Labels.of(plant, controller), KeptMotions())
+    series.learn(LivePart({}, {"aborted": np.array(1.0), "leak": np.array(9.0)}))
+    assert seen.total == 0.0
+
+
+def test_what_the_operator_did_is_in_the_journal(tmp_path):
+    operator = live()
+    operator.pause(who="night shift")
+    threading.Timer(0.1, operator.resume).start()
+    hwsim.run(Tank(level=0.5, tick=0.01), Drain(10.0), live=operator, journal=tmp_path / "run.db")
+    with hwsim.Journal(tmp_path / "run.db") as journal:
+        told = [(act.who, act.what) for act in journal.acts]
+    assert told == [("night shift", "pause"), ("program", "resume")]
+
+
+def test_a_stop_within_a_pass_lifts_the_wheel():
+    stand = hwsim.WeldBeadStand(weldbead.preset("P1"), height=1.0, time=30.0)
+    whole, half = (stand.start(np.random.default_rng(1)) for _ in range(2))
+    pass_ = {"duration": 8.0, "normal_force": 30.0}
+    ticks = round(8.0 / stand.tick)
+    whole.step(pass_, ticks)
+    half.step(pass_, ticks // 2)
+    half.step({"stop": 1.0}, 0)
+    ground = [1.0 - each.outcome()["height"] for each in (whole, half)]
+    assert half.done
+    assert ground[1] == pytest.approx(ground[0] / 2, rel=1e-9)
+    assert half.outcome()["passes"] == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (
+            {"safe": {}},
+            r"safe must be the command that makes the machine safe, such as \{'stop': 1.0\}; got \{\}",
+        ),
+        ({"safe": {"close": float("nan")}}, r"safe\['close'\] must be finite"),
+        ({"safe": SAFE, "deadline": 0.0}, r"deadline must be > 0 \(s\)"),
+        ({"safe": SAFE, "overruns": "ignore"}, "overruns must be one of"),
+        ({"safe": SAFE, "stuck": {"level": 1}}, r"stuck\['level'\] must be"),
+    ],
+)
+def test_wrong_options(options, said):
+    with pytest.raises(ValueError, match=said):
+        hwsim.Live(**options)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (
+            {"live": hwsim.Live(safe={"stop": 1.0})},
+            "safe must be of commands that the plant accepts: flow, close; got 'stop'",
+        ),
+        ({"live": hwsim.Live(shadow=True)}, "live must not be in shadow on a simulated Tank"),
+        ({"live": hwsim.Live(safe=SAFE, stuck={"size": 20})}, "stuck must be of measurements of the plant"),
+        ({"live": hwsim.Live(safe=SAFE), "executor": object()}, "executor must be"),
+    ],
+)
+def test_what_cannot_run_live(options, said):
+    with pytest.raises((ValueError, TypeError), match=said):
+        run(TANK, Drain(10.0, PERIOD), **options)

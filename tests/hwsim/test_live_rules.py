@@ -1,0 +1,117 @@
+"""Release grid and forwarding of commands, worked out by hand; times in ms."""
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hwsim._live.forwarding import Forwarding
+from hwsim._live.releases import Releases
+
+MS = 1_000_000  # ns
+SAFE = {"stop": 1.0}
+
+
+def starts(releases, durations):
+    """Starts of steps (ms) of these durations, and how many releases each missed."""
+    due, found, missed = 0, [], []
+    for duration in durations:
+        found.append((releases.instant(due) - releases.start) // MS)
+        following = releases.following(due + 1, releases.instant(due) + duration * MS)
+        missed.append(following - due - 1)
+        due = following
+    return found, missed
+
+
+def test_releases_inside_a_step_are_missed_and_one_at_its_end_is_on_time():
+    grid = Releases(start=123_456_789, tick=Fraction(1, 100), period=1)
+    found, missed = starts(grid, [4, 12, 9, 35, 3, 10, 3])
+    assert found == [0, 10, 30, 40, 80, 90, 100]
+    assert sum(missed) == 4
+    assert sum(each > 0 for each in missed) == 2
+
+
+@given(
+    st.integers(0, 10**18),
+    st.fractions(Fraction(1, 10**6), 10),
+    st.integers(1, 50),
+    st.integers(0, 10**6),
+    st.integers(0, 10**12),
+)
+def test_the_next_release_is_the_first_on_the_grid_that_is_not_past(start, tick, period, step, later):
+    grid = Releases(start, tick.limit_denominator(10**6), period)
+    due = step * period
+    now = grid.instant(due) + later
+    found = grid.following(due, now)
+    assert found % period == 0
+    assert grid.instant(found) >= now
+    assert found == due or grid.instant(found - period) < now
+
+
+def test_commands_are_forwarded_while_they_are_young_then_the_safe_one_then_nothing():
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    handed, written = {0: "a", 10: "b", 20: "c", 61: "d", 113: "e"}, []
+    for now in range(200):
+        if now in handed:
+            rule.hand({"rate": float(ord(handed[now]))}, now * MS)
+        if now % 2 == 0 and (values := rule.poll(now * MS)):
+            written.append((now, chr(int(values["rate"])) if "rate" in values else values))
+    assert written == [(0, "a"), (10, "b"), (20, "c"), (62, "d"), (112, SAFE)]
+    assert rule.trip.by == "link"
+    assert rule.trip.delay == pytest.approx(0.051)
+
+
+def test_waiting_is_life():
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    for now in range(0, 400, 40):
+        rule.renew(now * MS)
+        assert not rule.poll((now + 39) * MS)
+        assert rule.alive((now + 39) * MS)
+    assert rule.poll(411 * MS) == SAFE
+    assert not rule.alive(411 * MS)
+
+
+def test_changes_handed_between_two_polls_are_joined():
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    rule.hand({"rate": 1.0, "speed": 5.0}, MS)
+    rule.hand({"rate": 2.0}, MS)
+    assert rule.poll(2 * MS) == {"rate": 2.0, "speed": 5.0}
+    assert rule.poll(3 * MS) == {}
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), [1.0, float("nan")]])
+def test_what_is_not_finite_is_never_forwarded(value):
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    rule.hand({"rate": value}, MS)
+    assert rule.poll(2 * MS) == SAFE
+    assert "rate must be a finite number" in rule.trip.reason
+
+
+def test_a_request_goes_before_what_is_waiting_and_the_first_reason_counts():
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    rule.hand({"rate": 1.0}, MS)
+    rule.ask("door open", "runner")
+    rule.ask("late", "link")
+    assert rule.poll(2 * MS) == SAFE
+    assert (rule.trip.reason, rule.trip.by) == ("door open", "runner")
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from(["hand", "renew", "ask", "poll"]), st.integers(0, 60)), max_size=40)
+)
+def test_nothing_follows_the_safe_command(acts):
+    rule, now, written = Forwarding(SAFE, 50 * MS, 0), 0, []
+    for act, later in acts:
+        now += later * MS
+        if act == "hand":
+            rule.hand({"rate": 1.0}, now)
+        elif act == "renew":
+            rule.renew(now)
+        elif act == "ask":
+            rule.ask("asked", "runner")
+        elif values := rule.poll(now):
+            written.append(values)
+    assert written.count(SAFE) <= 1
+    assert SAFE not in written[:-1]
+    assert (rule.trip is not None) == (SAFE in written)
