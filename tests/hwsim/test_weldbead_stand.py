@@ -315,7 +315,7 @@ def test_a_command_during_a_pass():
     machine = bead()
     machine.step(PASS, 100)
     with pytest.raises(ValueError, match="a command must wait for the end of the pass; got"):
-        machine.step({"stop": 1.0}, 100)
+        machine.step(PASS, 100)
 
 
 @pytest.mark.parametrize(

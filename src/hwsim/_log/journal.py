@@ -24,10 +24,10 @@ from sdpgrind.base.records import whole_file
 
 _SCHEMA = """
 CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE act (part INTEGER, civil TEXT, monotonic INTEGER, who TEXT, what TEXT);
 CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, names TEXT NOT NULL, \
 arrays BLOB NOT NULL);
 """
+_ACTS = "CREATE TABLE IF NOT EXISTS act (part INTEGER, civil TEXT, monotonic INTEGER, who TEXT, what TEXT)"
 _VERSION = "1"
 _PATIENCE = 60.0  # longest wait for a writing process, s; chosen: no part takes as long to write
 
@@ -153,7 +153,9 @@ class Journal:
             with self._database:
                 self._database.execute("BEGIN IMMEDIATE")
                 self._database.execute("INSERT INTO part VALUES (?, ?, ?, ?)", row)
-                self._database.executemany("INSERT INTO act VALUES (?, ?, ?, ?, ?)", acts)
+                if acts:
+                    self._database.execute(_ACTS)
+                    self._database.executemany("INSERT INTO act VALUES (?, ?, ?, ?, ?)", acts)
         except sqlite3.IntegrityError:
             raise RuntimeError(
                 f"part {number} is in {str(self.path)!r} already: another run is writing there"
@@ -170,6 +172,8 @@ class Journal:
     @property
     def acts(self) -> tuple[OperatorAct, ...]:
         """What the operator did in a live run: part, civil and monotonic time (ns), who, what."""
+        if not self._database.execute("SELECT 1 FROM sqlite_master WHERE name = 'act'").fetchone():
+            return ()
         rows = self._database.execute("SELECT part, civil, monotonic, who, what FROM act ORDER BY rowid")
         return tuple(OperatorAct(*row) for row in rows)
 

@@ -94,7 +94,7 @@ class PartLoop:
                 raise RuntimeError("nothing is under way and nothing was commanded: the part would never end")
 
     def try_first_step(self) -> None:
-        """Step the controllers once, command nothing: what is compiled or loaded at first use is ready then."""
+        """Step the controllers once and command nothing: what is compiled at first use is ready then."""
         self._reading = _whole(self.machine.step(_NOTHING, 0), self._measures)
         _decide(self.tiers, self.machine.time, True, self._reading)
 
