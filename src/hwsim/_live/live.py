@@ -18,6 +18,13 @@ _POLL = 0.02  # s; chosen: below what an operator notices
 class Aborted(RuntimeError):  # noqa: N818  an outcome of the operator, not a fault
     """A run was stopped and its machine made safe; `log` has the finished parts and the rows of the last one.
 
+    Parameters
+    ----------
+    message : str
+        What happened.
+    part : LivePart, optional
+        The aborted part (private to this package). None: it was not begun.
+
     Examples
     --------
     >>> import hwsim
@@ -27,8 +34,10 @@ class Aborted(RuntimeError):  # noqa: N818  an outcome of the operator, not a fa
 
     log: "Log"
     """Everything up to the safe command; the last part has ``aborted`` = 1 and ``abort_reason``."""
-    part: LivePart | None = None
-    """The aborted part (private to this package); None: it was not begun."""
+
+    def __init__(self, message: str, part: LivePart | None = None) -> None:
+        super().__init__(message)
+        self.part = part
 
 
 class Live:

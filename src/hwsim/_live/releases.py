@@ -3,7 +3,7 @@
 from fractions import Fraction
 from typing import NamedTuple
 
-NANOSECONDS = 1_000_000_000
+from hwsim._processor.tasks import NANOSECONDS
 
 
 class Releases(NamedTuple):

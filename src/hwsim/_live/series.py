@@ -132,9 +132,8 @@ def _aborted(loop: PartLoop, machine: LiveMachine, begun: str) -> Aborted:
     if machine.taken:
         loop.answered()
     assert machine.trip is not None  # it was made safe
-    error = Aborted(f"the part was aborted and the machine made safe: {machine.trip.reason}")
-    error.part = _part(loop, machine, begun)
-    return error
+    said = f"the part was aborted and the machine made safe: {machine.trip.reason}"
+    return Aborted(said, _part(loop, machine, begun))
 
 
 def _part(loop: PartLoop, machine: LiveMachine, begun: str) -> LivePart:

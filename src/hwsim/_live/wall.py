@@ -10,7 +10,8 @@ from typing import Any
 from hwsim._live.forwarding import POLL, Forwarding, Trip
 from hwsim._live.live import Live
 from hwsim._live.machine import TrippedError
-from hwsim._live.releases import NANOSECONDS, Releases
+from hwsim._live.releases import Releases
+from hwsim._processor.tasks import NANOSECONDS
 from hwsim.protocols import FOREVER, Machine
 
 _SLICES = 4  # signs of life a deadline while waiting; chosen: one or two may be late
