@@ -2,7 +2,7 @@
 
 import sys
 
-from hwsim.cli import main
+from _hwsim import main
 
 if __name__ == "__main__":
     sys.exit(main())

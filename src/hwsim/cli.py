@@ -1,7 +1,6 @@
 """Command line ``hwsim``, one command an area: ``hwsim weldbead examples/weldbead.toml --out runs/bead``."""
 
 import argparse
-import os
 import sys
 import warnings
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
 from hwsim.command._roundness.command import add_roundness
+from hwsim.command._statuses import WRONG_INPUT, catch_signals, ended, forget_output
 from hwsim.command._verify import add_verify
 from hwsim.command._warm import add_warm
 from hwsim.command._work import add_to
@@ -23,14 +23,15 @@ _AREAS = (
     "hwsim.command._finishing.command",
     "hwsim.command._centering.command",
 )
-REFUSED, INTERRUPTED = 2, 130  # exit status; source: argparse, and 128 + SIGINT of a shell
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status.
 
-    0: done; 1: every part was broken off, a limit is not known to be kept, or a page was changed or comes out
-    otherwise; 2: wrong input, with one line of text; 130: interrupted.
+    0: done; 1: every part was broken off or one was aborted, a limit is not known to be kept, or a page was
+    changed or comes out otherwise; 2: wrong input; 3: the environment (disk, permission, memory, another run,
+    a damaged file); 70: a fault of this program; 130, 143: interrupted, terminated. From 2 on with a line of
+    text.
 
     Parameters
     ----------
@@ -43,28 +44,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     >>> main(["weldbead", "--preset", "P1", "--parts", "20"])  # doctest: +SKIP
     0
     """
-    try:
-        arguments = _parser().parse_args(argv)
-    except SystemExit:  # --help, --version, or wrong arguments
-        _finish_output()
-        raise
-    except BrokenPipeError:  # of --help; later versions of argparse ignore it too
-        _forget_output()
-        return 0
+    if argv is None:  # as a command, not from Python
+        catch_signals()
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _warn
+            arguments = _parser().parse_args(argv)
             status: int = arguments.work(arguments)
-    except BrokenPipeError:
-        _forget_output()
-        return 0
-    except (ValueError, OSError, ImportError) as error:
-        print(f"hwsim: {_one_line(error)}", file=sys.stderr)
-        return REFUSED
-    except KeyboardInterrupt:
-        print("hwsim: interrupted; the same command with the same --out goes on from here", file=sys.stderr)
-        return INTERRUPTED
-    _finish_output()
+        sys.stdout.flush()  # the reader of ``hwsim weldbead ... | head`` may have closed it
+    except SystemExit:  # --help, --version, or wrong arguments
+        _finish_output()
+        raise
+    except BaseException as error:
+        return ended(error)
     return status
 
 
@@ -74,23 +66,18 @@ def _warn(message: Warning | str, *where: Any, **more: Any) -> None:
 
 
 def _finish_output() -> None:
-    """Flush the output; the reader of ``hwsim weldbead ... | head`` may have closed it."""
+    """Flush the output of --help, which its reader may have closed."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:
-        _forget_output()
-
-
-def _forget_output() -> None:
-    """Redirect the output to the null device, so that the interpreter does not fail at its end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        forget_output()
 
 
 class _Parser(argparse.ArgumentParser):
     """Reports an error in one line; argparse would print the usage first."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(REFUSED, f"{self.prog}: {message}; {self.prog} --help says more\n")
+        self.exit(WRONG_INPUT, f"{self.prog}: {message}; {self.prog} --help says more\n")
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -106,14 +93,6 @@ def _parser() -> argparse.ArgumentParser:
     add_warm(areas, named, parser.parse_args)
     add_verify(areas, named, parser.parse_args)
     return parser
-
-
-def _one_line(error: Exception) -> str:
-    notes = ", ".join(getattr(error, "__notes__", []))
-    text = " ".join(str(error).split())
-    if isinstance(error, OSError) and error.filename is not None:
-        text = f"{error.filename}: {error.strerror}"  # without the number of the error
-    return f"{text} ({notes})" if notes else text
 
 
 if __name__ == "__main__":

@@ -32,6 +32,10 @@ _VERSION = "1"
 _PATIENCE = 60.0  # longest wait for a writing process, s; chosen: no part takes as long to write
 
 
+class SecondWriterError(RuntimeError):
+    """Two runs write the same journal."""
+
+
 class Journal:
     """Finished parts of a run, on disk.
 
@@ -157,7 +161,7 @@ class Journal:
                     self._database.execute(_ACTS)
                     self._database.executemany("INSERT INTO act VALUES (?, ?, ?, ?, ?)", acts)
         except sqlite3.IntegrityError:
-            raise RuntimeError(
+            raise SecondWriterError(
                 f"part {number} is in {str(self.path)!r} already: another run is writing there"
             ) from None
 

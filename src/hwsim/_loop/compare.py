@@ -1,22 +1,21 @@
 """Several controllers on the same parts, and one series repeated."""
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from functools import partial
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from hwsim._log import frames as _frames
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
 from hwsim._loop.check import checked_clock
 from hwsim._loop.loop import (
-    BLOCK,
-    PIECE,
+    AHEAD,
     WAITS,
-    Numbered,
     RunSeries,
-    batched,
     check_adaptation,
     check_executor,
     check_order,
@@ -26,7 +25,7 @@ from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
-from sdpgrind.base.parallel import execute
+from sdpgrind.base.parallel import in_order
 from sdpgrind.base.progress import ProgressOption, quiet
 from sdpgrind.base.rng import Seed, children
 
@@ -198,8 +197,8 @@ def repeat(
     labels = Labels.of(plant, controller)
     work = partial(_outcomes, plant, controller, clock, labels, checks.count("parts", parts), adapt)
     done: list[list[LivePart]] = []
-    for piece in batched(list(enumerate(rngs)), BLOCK):
-        done += [each for few in execute(work, batched(piece, PIECE), executor) for each in few]
+    for outcomes in in_order(work, rngs, executor, AHEAD):
+        done.append(outcomes)
         progress(len(done) / series, f"series {len(done)} of {series}")
     return _frames.repeated(done, labels)
 
@@ -211,16 +210,9 @@ def _outcomes(
     labels: Labels,
     parts: int,
     adapt: Any,
-    piece: Sequence[Numbered],
-) -> list[list[LivePart]]:
-    """Run a few series and keep the outcomes of their parts only."""
-    done = []
-    for _, rng in piece:
-        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels, KeptMotions())
-        done.append(
-            [
-                LivePart({}, part.outcome)
-                for part in series.in_order(list(enumerate(children(rng, parts))), None)
-            ]
-        )
-    return done
+    rng: np.random.Generator,
+) -> list[LivePart]:
+    """Run a series and keep the outcomes of its parts only."""
+    series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels, KeptMotions())
+    numbered = list(enumerate(children(rng, parts)))
+    return [LivePart({}, part.outcome) for part in series.in_order(numbered, None)]

@@ -23,14 +23,13 @@ from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart, run_part
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
-from sdpgrind.base.parallel import execute
+from sdpgrind.base.parallel import in_order
 from sdpgrind.base.progress import ProgressOption, logger, quiet
 from sdpgrind.base.rng import Seed, children
 
 Numbered = tuple[int, np.random.Generator]
-BLOCK = 64  # parts handed to workers at once; chosen: an interruption loses at most as many
+AHEAD = 64  # parts handed to workers at once; chosen: enough for many workers, and bounded for many parts
 WAITS = "executor must be None where adapt is given: each part needs the one before"
-PIECE = 8  # parts in one piece of work; chosen: smaller pieces pickle the controller more often
 
 
 @quiet
@@ -229,21 +228,8 @@ class RunSeries:
             self.learn(part)
 
     def _parallel(self, waiting: Sequence[Numbered], executor: Executor) -> Iterator[LivePart]:
-        work = partial(_run_piece, self.plant, self.controller, self.clock)
-        for block in batched(waiting, BLOCK):
-            for piece in execute(work, batched(block, PIECE), executor):
-                yield from piece
-
-
-def batched(items: Sequence[Numbered], size: int) -> Iterator[Sequence[Numbered]]:
-    """Cut a sequence into pieces of `size`."""
-    return (items[k : k + size] for k in range(0, len(items), size))
-
-
-def _run_piece(
-    plant: Plant, controller: Controller, clock: Clock, piece: Sequence[Numbered]
-) -> list[LivePart]:
-    return [_run_one(plant, controller, clock, numbered) for numbered in piece]
+        work = partial(_run_one, self.plant, self.controller, self.clock)
+        yield from in_order(work, waiting, executor, AHEAD)
 
 
 def _run_one(

@@ -1,11 +1,13 @@
 """Folder of a run: plan, log, journal and pictures; a folder of another run is refused."""
 
+import contextlib
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from hwsim._log.fingerprint import fingerprint
+from hwsim.command._lock import locked
 from sdpgrind.base.extras import need
 from sdpgrind.base.records import whole_file
 
@@ -22,7 +24,21 @@ class RunFolder:
 
     def __init__(self, path: Path, word: str, load: Callable[[Path], Any]) -> None:
         self.path, self.word, self._load = path, word, load
+        self._held, self._locked = contextlib.ExitStack(), False
         refuse_file(path)
+
+    def __enter__(self) -> Self:
+        if self.path.exists():
+            self._lock()
+        return self  # another folder is made, and locked, once there is a plan
+
+    def __exit__(self, *error: object) -> None:
+        self._held.close()
+
+    def _lock(self) -> None:
+        if not self._locked:
+            self._held.enter_context(locked(self.path))
+            self._locked = True
 
     def __str__(self) -> str:
         return str(self.path)
@@ -75,6 +91,7 @@ class RunFolder:
     def begin(self, plan: Any) -> None:
         """Make the folder and write the plan, unless they exist."""
         self.path.mkdir(parents=True, exist_ok=True)
+        self._lock()
         if not self._plan_file.exists():
             plan.save(self._plan_file)
 

@@ -84,9 +84,21 @@ def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
         return 0
     if arguments.parts is None:
         arguments.parts = PARTS
-    folder = (
-        None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
-    )
+    if arguments.out is None:
+        return _ran(area, job, given, None, title, arguments)
+    with RunFolder(arguments.out, area.plan_word, partial(_loaded, area)) as folder:
+        return _ran(area, job, given, folder, title, arguments)
+
+
+def _ran(
+    area: AreaCommand,
+    job: Job,
+    given: Any,
+    folder: RunFolder | None,
+    title: str,
+    arguments: argparse.Namespace,
+) -> int:
+    """Plan, run, keep and report; return the exit status."""
     if folder is not None:
         folder.refuse_other_plan(job.problem, given)
         folder.refuse_other_run(plant=job.stand, rng=arguments.rng)

@@ -1,7 +1,8 @@
 """Work on an executor, divided by the problem and not by the number of workers: results are bit-equal."""
 
-from collections.abc import Callable, Iterable
-from concurrent.futures import Executor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future
 from contextlib import AbstractContextManager
 from functools import lru_cache
 from typing import Any, TypeVar
@@ -30,6 +31,29 @@ def execute(
         return [future.result() for future in futures]
     finally:
         for future in futures:
+            future.cancel()
+
+
+def in_order(
+    function: Callable[[Item], Result], items: Iterable[Item], executor: Executor | None, ahead: int
+) -> Iterator[Result]:
+    """Give ``function(item)`` of each item in order, each as soon as it is known; `ahead` are under way.
+
+    None: in this process.
+    """
+    if executor is None:
+        yield from map(function, items)
+        return
+    under_way: deque[Future[Result]] = deque()
+    try:
+        for item in items:
+            under_way.append(executor.submit(function, item))
+            if len(under_way) == ahead:
+                yield under_way.popleft().result()
+        while under_way:
+            yield under_way.popleft().result()
+    finally:
+        for future in under_way:
             future.cancel()
 
 

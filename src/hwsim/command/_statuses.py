@@ -1,0 +1,102 @@
+"""How commands end: one table from exceptions to exit statuses, one line of text for each."""
+
+import os
+import signal
+import sys
+import tempfile
+import traceback
+from pathlib import Path
+from types import FrameType
+from typing import Final
+
+OK: Final = 0
+FAILED: Final = 1  # chosen: a part was broken off or aborted, or a page was changed
+WRONG_INPUT: Final = 2  # source: argparse
+ENVIRONMENT: Final = 3  # chosen: disk, permission, memory, another run, a damaged file
+OUR_FAULT: Final = 70  # source: EX_SOFTWARE of sysexits.h
+_OF_SIGNALS: Final = 128  # source: a shell adds the number of the signal
+
+
+class Terminated(BaseException):
+    """SIGTERM, as KeyboardInterrupt is SIGINT."""
+
+
+def catch_signals() -> None:
+    """Turn SIGINT and SIGTERM into exceptions, so that files are closed and what began is said."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, _terminate)
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise Terminated
+
+
+def _table() -> tuple[tuple[type[BaseException], int], ...]:
+    """First class that fits -> status; imported here, where something went wrong already."""
+    import sqlite3
+
+    from hwsim._live.live import Aborted
+    from hwsim._log.journal import SecondWriterError
+
+    return (
+        (BrokenPipeError, OK),
+        (Aborted, FAILED),
+        (SecondWriterError, ENVIRONMENT),
+        (FileNotFoundError, WRONG_INPUT),
+        (IsADirectoryError, WRONG_INPUT),
+        (NotADirectoryError, WRONG_INPUT),
+        (OSError, ENVIRONMENT),
+        (sqlite3.Error, ENVIRONMENT),
+        (MemoryError, ENVIRONMENT),
+        (ImportError, ENVIRONMENT),
+        (ValueError, WRONG_INPUT),
+        (KeyboardInterrupt, _OF_SIGNALS + signal.SIGINT),
+        (Terminated, _OF_SIGNALS + signal.SIGTERM),
+    )
+
+
+def ended(error: BaseException) -> int:
+    """Say in one line on standard error what ended a command, and return its exit status."""
+    status = next((number for cls, number in _table() if isinstance(error, cls)), OUR_FAULT)
+    if isinstance(error, BrokenPipeError):
+        forget_output()
+        return status
+    print(f"hwsim: {_sentence(error, status)}", file=sys.stderr)
+    return status
+
+
+def _sentence(error: BaseException, status: int) -> str:
+    if isinstance(error, KeyboardInterrupt | Terminated):
+        word = "interrupted" if isinstance(error, KeyboardInterrupt) else "terminated"
+        return f"{word}; the same command with the same --out goes on from here"
+    if isinstance(error, MemoryError):
+        return f"out of memory{f' ({error})' if str(error) else ''}: fewer parts or a coarser grid need less"
+    if status == OUR_FAULT:
+        return (
+            f"a fault of this program, {type(error).__name__}: {_one_line(error)}; "
+            f"where it is stands in {_kept(error)}"
+        )
+    return _one_line(error)
+
+
+def _one_line(error: BaseException) -> str:
+    notes = ", ".join(getattr(error, "__notes__", []))
+    text = " ".join(str(error).split())
+    if isinstance(error, OSError) and error.filename is not None:
+        text = f"{error.filename}: {error.strerror}"  # without the number of the error
+    return f"{text} ({notes})" if notes else text
+
+
+def _kept(error: BaseException) -> str:
+    """Write the traceback to a file and return its path, or that it could not be written."""
+    path = Path(tempfile.gettempdir(), f"hwsim-fault-{os.getpid()}.txt")
+    try:
+        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+    except OSError as refused:
+        return f"no file ({refused})"
+    return str(path)
+
+
+def forget_output() -> None:
+    """Redirect the output to the null device, so that the interpreter does not fail at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,158 @@
+"""Exit statuses of commands, their one line of text, and the lock of a folder."""
+
+import os
+import resource
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import hwsim
+from hwsim._log.journal import SecondWriterError
+from hwsim.cli import main
+from hwsim.command._lock import LockedError, locked
+from hwsim.command._statuses import Terminated, ended
+
+COMMAND = [sys.executable, "-c", "import sys; from _hwsim import main; sys.exit(main())"]  # as the script
+BEADS = ["weldbead", "--preset", "P1", "--no-pictures", "--tolerance", "0.05"]
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (ValueError("height must be > 0 (mm); got -1.0"), 2, "height must be > 0 (mm); got -1.0"),
+        (
+            FileNotFoundError(2, "No such file or directory", "job.toml"),
+            2,
+            "job.toml: No such file or directory",
+        ),
+        (IsADirectoryError(21, "Is a directory", "jobs"), 2, "jobs: Is a directory"),
+        (PermissionError(13, "Permission denied", "runs"), 3, "runs: Permission denied"),
+        (OSError(28, "No space left on device", "run.nc"), 3, "run.nc: No space left on device"),
+        (OSError(98, "Address already in use"), 3, "[Errno 98] Address already in use"),
+        (
+            LockedError("runs is being written by process 1 on a"),
+            3,
+            "runs is being written by process 1 on a",
+        ),
+        (SecondWriterError("part 3 is there"), 3, "part 3 is there"),
+        (sqlite3.OperationalError("database or disk is full"), 3, "database or disk is full"),
+        (MemoryError(), 3, "out of memory: fewer parts or a coarser grid need less"),
+        (ImportError("jinja2 is needed"), 3, "jinja2 is needed"),
+        (hwsim.Aborted("door open"), 1, "door open"),
+        (KeyboardInterrupt(), 130, "interrupted; the same command with the same --out goes on from here"),
+        (Terminated(), 143, "terminated; the same command with the same --out goes on from here"),
+    ],
+)
+def test_each_exception_has_a_status_and_one_line(error, status, said, capsys):
+    assert ended(error) == status
+    assert capsys.readouterr().err == f"hwsim: {said}\n"
+
+
+def test_a_fault_of_ours_is_one_line_and_a_file(capsys):
+    try:
+        raise ZeroDivisionError("division by zero")
+    except ZeroDivisionError as error:
+        assert ended(error) == 70
+    line = capsys.readouterr().err
+    assert line.startswith("hwsim: a fault of this program, ZeroDivisionError: division by zero; ")
+    assert line.count("\n") == 1
+    kept = Path(line.split()[-1])
+    assert "test_statuses.py" in kept.read_text(encoding="utf-8")
+    kept.unlink()
+
+
+def test_a_second_writer_is_refused_with_the_first_ones_name(tmp_path, capsys):
+    with locked(tmp_path):
+        assert main([*BEADS, "--parts", "1", "--out", str(tmp_path)]) == 3
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said.startswith(f"hwsim: {tmp_path} is being written by process {os.getpid()} on ")
+
+
+def test_the_lock_is_free_again_after_its_owner_was_killed(tmp_path):
+    owner = (
+        "import sys, time, pathlib; from hwsim.command._lock import locked\n"
+        "with locked(pathlib.Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", owner, tmp_path], stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout.readline() == "held\n"
+        with pytest.raises(LockedError, match=f"written by process {process.pid} on "), locked(tmp_path):
+            pass
+        process.kill()
+        process.wait()
+    with locked(tmp_path):
+        assert (tmp_path / "run.lock").exists()
+    assert not list(tmp_path.iterdir())
+
+
+def test_of_many_that_come_at_once_one_holds_the_lock(tmp_path):
+    inside, most, won = [0], [0], [0]
+
+    def come():
+        for _ in range(50):
+            try:
+                with locked(tmp_path):
+                    inside[0] += 1
+                    most[0] = max(most[0], inside[0])
+                    won[0] += 1
+                    time.sleep(0)
+                    inside[0] -= 1
+            except LockedError:
+                time.sleep(0)
+
+    threads = [threading.Thread(target=come) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1]
+    assert won[0] >= 50 / 4
+
+
+def limited():
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+
+def test_a_full_disk_is_one_line_and_nothing_half_written(tmp_path):
+    done = subprocess.run(
+        [*COMMAND, *BEADS, "--parts", "2", "--out", str(tmp_path / "run")],
+        preexec_fn=limited, capture_output=True, text=True, check=False, timeout=200,
+    )  # fmt: skip
+    assert done.returncode == 3, done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("hwsim: ")
+    assert not list((tmp_path / "run").glob("*.nc"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_during_the_imports_is_silent(number):
+    alone = f"import _hwsim, os; os.kill(os.getpid(), {int(number)}); import hwsim.cli"
+    done = subprocess.run(
+        [sys.executable, "-c", alone], capture_output=True, text=True, check=False, timeout=100
+    )
+    assert (done.returncode, done.stderr) == (-number, "")
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("wait", [0.0, 1.0])  # s after the first line: while planning, while parts run
+def test_a_signal_leaves_one_line_and_no_lock(number, status, wait, tmp_path):
+    process = subprocess.Popen(
+        [*COMMAND, *BEADS, "--parts", "100000", "--out", str(tmp_path)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    first = process.stderr.readline()
+    time.sleep(wait)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=100)
+    assert process.returncode == status, first + said
+    assert "Traceback" not in said
+    assert said.splitlines()[-1].endswith("the same command with the same --out goes on from here")
+    assert not (tmp_path / "run.lock").exists()
