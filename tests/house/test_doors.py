@@ -2,6 +2,7 @@
 unit.
 """
 
+import itertools
 import re
 import types
 
@@ -12,7 +13,7 @@ import xarray as xr
 import hwsim
 import sdpgrind
 from sdpgrind import identify, units, weldbead
-from sdpgrind.base import checks
+from sdpgrind.base import checks, rng
 from sdpgrind.weldbead import force, passes
 
 P1 = weldbead.preset("P1")
@@ -185,3 +186,26 @@ def test_what_is_long_is_told_by_its_type():
     assert checks.shown(object()) == "an object"
     with pytest.raises(TypeError, match=r"^estimate must be an Estimate; got None$"):
         checks.kind("estimate", None, identify.Estimate)
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [
+        (10**20, "got a whole number of 67 bits"),
+        (10**5000, "got a whole number of 16610 bits"),
+        (2**31 + 1, "got 2147483649"),
+    ],
+    ids=["67 bits", "16610 bits", "one more"],
+)
+def test_a_count_beyond_all_reason_is_refused_by_its_number(number, said):
+    with pytest.raises(ValueError, match=rf"parts must be <= 2\^31 = 2147483648, the largest count; {said}"):
+        checks.count("parts", number)
+    assert checks.count("parts", 2**31) == 2**31
+    assert checks.seed("rng", number) == number
+
+
+def test_children_one_by_one_are_those_of_one_call():
+    together = [child.bit_generator.state for child in rng.children(5, 4)]
+    assert [child.bit_generator.state for child in itertools.islice(rng.one_by_one(5), 4)] == together
+    alone = [np.random.default_rng(np.random.SeedSequence(5, spawn_key=(k,))) for k in range(4)]
+    assert [child.bit_generator.state for child in alone] == together

@@ -2,11 +2,12 @@
 
 import copy
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import in_order
 from sdpgrind.base.progress import ProgressOption, logger, quiet
-from sdpgrind.base.rng import Seed, children
+from sdpgrind.base.rng import Seed, one_by_one
 
 Numbered = tuple[int, np.random.Generator]
 AHEAD = 64  # parts handed to workers at once; chosen: enough for many workers, and bounded for many parts
@@ -130,7 +131,7 @@ def run(
         done = [series.kept.of(part) for part in book.read(parts)] if book else []
         for part in done:
             series.learn(part)
-        waiting = list(enumerate(children(rng, parts)))[len(done) :]
+        waiting = islice(enumerate(one_by_one(rng)), len(done), parts)
         for part in series.finished(waiting, executor, done, book):
             done.append(part)
             logger.debug("part %d of %d is finished", len(done), parts)
@@ -194,7 +195,7 @@ class RunSeries:
 
     def finished(
         self,
-        waiting: Sequence[Numbered],
+        waiting: Iterable[Numbered],
         executor: Executor | None,
         done: list[LivePart],
         book: Journal | None,
@@ -217,7 +218,7 @@ class RunSeries:
         if book:
             book.add(number, part, self.live.taken_acts() if self.live else ())
 
-    def in_order(self, waiting: Sequence[Numbered], executor: Executor | None) -> Iterator[LivePart]:
+    def in_order(self, waiting: Iterable[Numbered], executor: Executor | None) -> Iterator[LivePart]:
         """Run the waiting parts and yield them in order, each as soon as it is finished, as `kept`."""
         if executor is not None:
             yield from map(self.kept.of, self._parallel(waiting, executor))
@@ -227,7 +228,7 @@ class RunSeries:
             yield part
             self.learn(part)
 
-    def _parallel(self, waiting: Sequence[Numbered], executor: Executor) -> Iterator[LivePart]:
+    def _parallel(self, waiting: Iterable[Numbered], executor: Executor) -> Iterator[LivePart]:
         work = partial(_run_one, self.plant, self.controller, self.clock)
         yield from in_order(work, waiting, executor, AHEAD)
 

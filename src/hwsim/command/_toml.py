@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+from hwsim.command import _toml_text
 from sdpgrind.base.quantities import Spec, specs
 from sdpgrind.base.unit_text import quantity
 
@@ -167,13 +168,16 @@ def read(path: Path, make: Callable[[Table], Made]) -> Made:
 
 
 def _entries(path: Path) -> dict[str, Any]:
-    text = path.read_text(encoding="utf-8")
+    text = _toml_text.read(path)
     try:
-        return tomllib.loads(text)
+        entries = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{path}: {_misread(str(error), text)}") from None
+    _toml_text.refuse_many_keys(path, entries)
+    return entries
 
 
+_SHOWN = 80  # characters of a line in a message; chosen: the message fits a terminal
 _NO_TOML = {
     "Cannot overwrite a value": "the key is there twice",
     "Cannot declare": "the table is there twice",
@@ -185,9 +189,10 @@ def _misread(told: str, text: str) -> str:
     """Fault of an invalid file, with its line; tomllib names no key."""
     place = re.search(r"(.*) \(at line (\d+), column \d+\)", told)
     if place is None:
-        return told
+        return f"line {text.count(chr(10)) + 1}, {told.replace('at end of document', 'the file ends there')}"
     what = next((meaning for start, meaning in _NO_TOML.items() if told.startswith(start)), place[1])
-    return f"line {place[2]}, {text.splitlines()[int(place[2]) - 1].strip()!r}: {what}"
+    line = text.split("\n")[int(place[2]) - 1].strip()
+    return f"line {place[2]}, {line[:_SHOWN]!r}{' ...' * (len(line) > _SHOWN)}: {what}"
 
 
 def _with_text(told: str, entries: Any) -> str:

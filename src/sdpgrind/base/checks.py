@@ -14,6 +14,8 @@ Floats = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 Bools = npt.NDArray[np.bool_]
 Kind = TypeVar("Kind")
+_MOST = 2**31  # chosen: a byte each fills the memory of a small computer
+_LARGEST = 10**300  # chosen: below the largest float, beyond any quantity
 _LONG = 80  # longest value in a message, characters; chosen: the message fits a line
 
 
@@ -29,6 +31,8 @@ def refuse(name: str, rule: str, value: object, unit: str = "") -> ValueError:
 
 def shown(value: object) -> str:
     """Return a value as text if short, else its type."""
+    if isinstance(value, int) and value.bit_length() > 64:  # Python refuses to write 5000 digits
+        return f"a whole number of {value.bit_length()} bits"
     text = repr(value)
     if len(text) <= _LONG and "\n" not in text and " at 0x" not in text:
         return text
@@ -64,6 +68,8 @@ def number(name: str, value: object, unit: str = "") -> float:
     """Return `value` as a finite float."""
     if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError(f"{name} must be {with_unit('a number', unit)}; got {shown(value)}")
+    if isinstance(value, int) and abs(value) > _LARGEST:
+        raise refuse(name, "at most 1e300", value, unit)
     if not isfinite(value):
         raise refuse(name, "finite", float(value), unit)
     return float(value)
@@ -126,11 +132,22 @@ def confidence(name: str, value: object) -> float:
 
 
 def count(name: str, value: object, at_least: int = 1) -> int:
-    """Return `value` as an int >= `at_least`."""
+    """Return `value` as an int >= `at_least` and <= 2^31."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise TypeError(f"{name} must be a whole number; got {shown(value)}")
     if value < at_least:
         raise refuse(name, f">= {at_least}", int(value))
+    if value > _MOST:
+        raise refuse(name, f"<= 2^31 = {_MOST}, the largest count", int(value))
+    return int(value)
+
+
+def seed(name: str, value: object) -> int:
+    """Return `value` as an int >= 0 of any size."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise TypeError(f"{name} must be a whole number; got {shown(value)}")
+    if value < 0:
+        raise refuse(name, ">= 0", int(value))
     return int(value)
 
 

@@ -1,5 +1,6 @@
 """Random generators from a seed, and independent children; no global state."""
 
+from collections.abc import Iterator
 from typing import TypeAlias
 
 import numpy as np
@@ -16,6 +17,13 @@ def generator(rng: Seed) -> np.random.Generator:
     if isinstance(rng, bool) or not isinstance(rng, int | np.integer) or rng < 0:
         raise TypeError(f"rng must be an int >= 0, a SeedSequence or a Generator; got {rng!r}")
     return np.random.default_rng(int(rng))
+
+
+def one_by_one(rng: Seed) -> Iterator[np.random.Generator]:
+    """Give the children of `children`, without end, each when it is asked for."""
+    parent = generator(rng)
+    while True:
+        yield parent.spawn(1)[0]
 
 
 def children(rng: Seed, number: int) -> list[np.random.Generator]:

@@ -21,6 +21,15 @@ from sdpgrind.base import checks
 Exponents = tuple[Fraction, ...]  # of length, time, mass, angle, money, current
 
 
+_FACTOR_BITS = 4096  # chosen: nm^12 has 360, and a float at most 1100
+_EXACT = 2**53  # derived: whole numbers up to it are floats
+_TEXT = 80  # characters of a quantity or a unit; chosen: twice the longest of any file seen
+_SIDE = 40  # digits before or after the point; chosen: twice what a float holds
+_DECIMAL_EXPONENT = 400  # chosen: beyond every float
+_EXPONENT, _DENOMINATOR = 12, 12  # of a unit; chosen: three times those of grinding laws
+_PARENTHESES = 8  # chosen: no unit of a file has more than two
+
+
 class Unit(NamedTuple):
     """Factor to SI units and exponents of a unit."""
 
@@ -33,7 +42,10 @@ class Unit(NamedTuple):
         return Unit(self.factor * other.factor**sign, exponents)
 
     def power(self, exponent: Fraction) -> "Unit":
-        """Unit to a power."""
+        """Unit to a power; refused where its exact factor would have thousands of digits."""
+        digits = max(self.factor.numerator.bit_length(), self.factor.denominator.bit_length())
+        if digits * abs(exponent) > _FACTOR_BITS:
+            raise ValueError(f"{exponent} is too large an exponent here")
         return Unit(Fraction(self.factor**exponent), tuple(a * exponent for a in self.exponents))
 
 
@@ -96,8 +108,12 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*
 
 def quantity(name: str, value: Any, unit: str) -> float:
     """Return `value`, a number in `unit` or a text with its own unit, as a float in `unit`."""
+    if isinstance(value, int) and abs(value) > _EXACT:
+        raise checks.refuse(name, "a whole number of at most 2^53, or written with a point", value, unit)
     if not isinstance(value, str):
         return checks.number(name, value, unit)
+    if len(value) > _TEXT:
+        raise ValueError(f"{name} must be a text of at most {_TEXT} characters; got {len(value)}")
     split = _NUMBER.match(value)
     if split is None:
         example = f"3 {unit or '%'}"
@@ -105,6 +121,8 @@ def quantity(name: str, value: Any, unit: str) -> float:
             f'{name} must be a number ({unit or "1"}) or a text such as "{example}"; got {value!r}'
         )
     number, written = split.groups()
+    if fault := _too_long(number):
+        raise ValueError(f"{name} must be {fault}; got {value!r}")
     if not written:
         return checks.number(name, float(number), unit)
     try:
@@ -114,6 +132,16 @@ def quantity(name: str, value: Any, unit: str) -> float:
     if given.exponents != wanted.exponents:
         raise ValueError(f"{name} must have a unit like {unit or '1 (none)'}; got {value!r}")
     return checks.number(name, float(Fraction(number) * given.factor / wanted.factor), unit)
+
+
+def _too_long(number: str) -> str:
+    """What a number must be whose exact value would take long to make; "": it is short enough."""
+    mantissa, _, exponent = number.lower().partition("e")
+    if any(len(side.strip("+-")) > _SIDE for side in mantissa.split(".")):
+        return f"a number of at most {_SIDE} digits on each side of the point"
+    if exponent and (len(exponent) > 5 or abs(int(exponent)) > _DECIMAL_EXPONENT):
+        return f"a number with an exponent within +-{_DECIMAL_EXPONENT}"
+    return ""
 
 
 def factor(written: str, unit: str) -> float:
@@ -149,7 +177,11 @@ def _alike(unit: str) -> str:
 
 def parse(text: str) -> Unit:
     """Read a unit: names, products (space, ``*``), quotients, powers, parentheses."""
+    if len(text) > _TEXT:
+        raise ValueError(f"a unit has at most {_TEXT} characters")
     tokens = _tokens(text)
+    if tokens.count("(") > _PARENTHESES:
+        raise ValueError(f"a unit has at most {_PARENTHESES} parentheses")
     unit = _product(tokens)
     if tokens:
         raise ValueError(f"{tokens[0]!r} is out of place")
@@ -213,6 +245,11 @@ def _exponent(tokens: list[str]) -> Fraction:
         end = tokens.index(")") if ")" in tokens else len(tokens)
         taken, tokens[: end + 1] = tokens[:end], []
     try:
-        return Fraction("".join(taken))
+        exponent = Fraction("".join(taken))
     except (ValueError, ZeroDivisionError):
         raise ValueError(f"{''.join(taken)!r} is no exponent") from None
+    if abs(exponent) > _EXPONENT or exponent.denominator > _DENOMINATOR:
+        raise ValueError(
+            f"{''.join(taken)!r} is no exponent within +-{_EXPONENT}, of denominators up to {_DENOMINATOR}"
+        )
+    return exponent
