@@ -10,10 +10,11 @@ from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
 from hwsim.command._roundness.command import add_roundness
-from hwsim.command._verify import add_verify
+from hwsim.command._verify import DAMAGED, add_verify
 from hwsim.command._warm import add_warm
 from hwsim.command._work import add_to
 from sdpgrind import __version__
+from sdpgrind.base.damaged import DamagedFileError
 
 # Modules with an ``AREA`` (see `hwsim.command.base`).
 _AREAS = (
@@ -30,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status.
 
     0: done; 1: every part was broken off, a limit is not known to be kept, or a page was changed or comes out
-    otherwise; 2: wrong input, with one line of text; 130: interrupted.
+    otherwise; 2: wrong input, with one line of text; 3: a damaged file; 130: interrupted.
 
     Parameters
     ----------
@@ -58,6 +59,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         _forget_output()
         return 0
+    except DamagedFileError as error:
+        print(f"hwsim: {_one_line(error)}", file=sys.stderr)
+        return DAMAGED
     except (ValueError, OSError, ImportError) as error:
         print(f"hwsim: {_one_line(error)}", file=sys.stderr)
         return REFUSED
