@@ -24,6 +24,8 @@ CREATE TABLE part ({_PART}, names TEXT NOT NULL, arrays BLOB NOT NULL, digest TE
 """
 _ROW = (int, str, str, bytes, str)  # number, outcome, names, arrays, digest
 _HEAD_OF = f"SELECT value FROM run WHERE key = '{chain.HEAD}'"
+# a message of SQLite that quotes a damaged name is no UTF-8
+_FAULTS = (sqlite3.Error, UnicodeDecodeError)
 # faults of the computer, not of the file
 _ENVIRONMENT = {
     sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM,
@@ -71,7 +73,7 @@ def count(database: sqlite3.Connection) -> int:
     """Number of parts as table and head tell it; -1: they do not agree, or cannot be read."""
     try:
         parts, head = database.execute(f"SELECT (SELECT count(*) FROM part), ({_HEAD_OF})").fetchone()
-    except sqlite3.Error:
+    except _FAULTS:
         return -1
     return int(parts) if head is None or str(head).startswith(f"{parts}:") else -1
 
@@ -103,7 +105,7 @@ def run_rows(database: sqlite3.Connection, path: Path) -> dict[str, str]:
     """Return the table ``run``; refuse what is no journal, and one whose table cannot be read."""
     try:
         found = dict(database.execute("SELECT key, value FROM run"))
-    except sqlite3.Error as error:
+    except _FAULTS as error:
         if _of_environment(error):
             raise
         if records.was_journal(path.read_bytes()):
@@ -117,17 +119,17 @@ def run_rows(database: sqlite3.Connection, path: Path) -> dict[str, str]:
 def version(run: Mapping[str, str], database: sqlite3.Connection, path: Path) -> str:
     """Return the version of a journal from its table ``run``, whose digest must be right."""
     told = run.get("version", "")
-    if told == OLD and not has_digests(run):
-        return OLD
-    if run.get(chain.BEGUN) == chain.begun(run):
-        if told == VERSION:
-            return VERSION
-        known = f"{OLD} or {VERSION}"
-        raise ValueError(f"path must be a journal of version {known}; {str(path)!r} is of version {told}")
-    if has_digests(run):
-        good = sum(1 for _ in _until_broken(database, run))
-        raise BrokenError("its table of the run is not as it was written", good).told(path)
-    raise ValueError(f"path must be a journal of version {OLD} or {VERSION}; {str(path)!r} is of {told!r}")
+    sealed = run.get(chain.BEGUN) == chain.begun(run)
+    if (told == OLD and not has_digests(run)) or (told == VERSION and sealed):
+        return told
+    if sealed or not has_digests(run):
+        known = f"of version {OLD} or {VERSION}"
+        raise ValueError(f"path must be a journal {known}; {str(path)!r} is of version {told or 'unknown'}")
+    good = 0
+    with contextlib.suppress(BrokenError):
+        for number, *_ in good_rows(database, run):
+            good = number + 1
+    raise BrokenError("its table of the run is not as it was written", good).told(path)
 
 
 def described(run: Mapping[str, str], path: Path) -> tuple[Labels, dict[str, str]]:
@@ -203,17 +205,12 @@ def _readable(what: str, good: int) -> Iterator[None]:
     """Turn an error of SQLite that tells of the file into a `BrokenError`."""
     try:
         yield
-    except sqlite3.Error as error:
+    except _FAULTS as error:
         if _of_environment(error):
             raise
         raise BrokenError(f"{what} cannot be read ({error})", good) from None
 
 
-def _until_broken(database: sqlite3.Connection, run: Mapping[str, str]) -> Iterator[Row]:
-    with contextlib.suppress(BrokenError):
-        yield from good_rows(database, run)
-
-
-def _of_environment(error: sqlite3.Error) -> bool:
+def _of_environment(error: Exception) -> bool:
     """Whether an error tells of the computer (full, locked), not of the file; its low byte is the kind."""
     return getattr(error, "sqlite_errorcode", 0) & 0xFF in _ENVIRONMENT

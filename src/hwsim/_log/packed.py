@@ -34,12 +34,13 @@ def packed(part: LivePart, *, deflate: bool) -> tuple[str, bytes]:
     index: list[tuple[Any, ...]] = []
     blocks: list[bytes] = []
     for name, value in _named(part).items():
-        block, told = value.tobytes(), (name, value.dtype.str, value.shape)
-        if deflate and is_of_rows(name):
-            block = zlib.compress(block)
-            told = (*told, len(block))
-        index.append(told)
-        blocks.append(block)
+        told = (name, value.dtype.str, value.shape)
+        if deflate and is_of_rows(name.rpartition("/")[0]):
+            blocks.append(zlib.compress(value.tobytes()))
+            index.append((*told, len(blocks[-1])))
+        else:
+            blocks.append(value.tobytes())
+            index.append(told)
     return json.dumps(index), b"".join(blocks)
 
 
