@@ -85,7 +85,7 @@ def test_any_reader_of_netcdf_opens_it(small):
     with xr.open_dataset(small, engine="scipy") as opened:
         assert opened.attrs["format"] == 2 and opened.x.values.tolist() == [0.0, 1.0, 2.0]
         assert opened.attrs["integrity"] == "blake2b-256:" + opened.attrs["integrity"][-64:]
-        assert list(opened.attrs)[0] == "format" and list(opened.attrs)[-1] == "integrity"
+        assert next(iter(opened.attrs)) == "format" and list(opened.attrs)[-1] == "integrity"
     assert records.read(small).attrs.keys() == {"note", "kind", "version"}
 
 
@@ -163,7 +163,7 @@ def test_a_file_with_a_digest_is_no_damage_where_its_class_refuses_it(tmp_path, 
         raise ValueError("of a later version")
 
     monkeypatch.setattr("centering.ControlChart.restored", refuse)
-    with pytest.raises(ValueError, match="^of a later version$"):
+    with pytest.raises(ValueError, match=r"^of a later version$"):
         sdpgrind.load(path)
 
 

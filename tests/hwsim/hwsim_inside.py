@@ -27,6 +27,7 @@ __all__ = [
     "Table",
     "Unpacker",
     "broken_off",
+    "chain",
     "column",
     "command_column",
     "common_tick",

@@ -8,7 +8,7 @@ import sqlite3
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, noisy_tank
-from hwsim_inside import chain, same, salvage
+from hwsim_inside import chain, salvage, same
 from test_journal import OLD
 from test_kept_motions import TALL, TWICE, WIDE, Played, Stand, Strict
 
@@ -286,9 +286,11 @@ def old(tmp_path):
 
 
 def test_a_journal_of_the_first_version_warns_once(tmp_path):
-    with pytest.warns(sdpgrind.OldFileWarning, match=r"old\.db' is of version 0\.1\.0") as told:
-        with sdpgrind.load(old(tmp_path)) as journal:
-            journal.log()
+    with (
+        pytest.warns(sdpgrind.OldFileWarning, match=r"old\.db' is of version 0\.1\.0") as told,
+        sdpgrind.load(old(tmp_path)) as journal,
+    ):
+        journal.log()
     assert len(told) == 1 and told[0].filename == __file__
 
 

@@ -50,8 +50,16 @@ class OldFileWarning(UserWarning):
 
     Save it again, and it has one.
 
+    Parameters
+    ----------
+    message : str
+        Which file.
+
     Examples
     --------
     >>> import warnings, sdpgrind
     >>> warnings.filterwarnings("ignore", category=sdpgrind.OldFileWarning)  # doctest: +SKIP
     """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)

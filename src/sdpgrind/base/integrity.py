@@ -10,11 +10,11 @@ from enum import Enum
 from hashlib import blake2b
 from pathlib import Path
 
-FORMAT = 2
+FORMAT = 2  # chosen: files of version 0.1.0 have none, which is 1
 """Number of the format that has a digest."""
 MARK = b"blake2b-256:"
 """What stands before the digits; once in a file."""
-_DIGITS = 64  # hexadecimal, of 256 bits
+_DIGITS = 64  # derived: hexadecimal digits of 256 bits
 _BLANK = b"0" * _DIGITS
 BLANK_ATTRIBUTE = (MARK + _BLANK).decode()
 """Value of the attribute ``integrity`` before the digest is known."""

@@ -79,7 +79,8 @@ class Saved(ABC):
         path : str or path
             The file.
         """
-        return _made(cls, _contents(path))
+        made: Self = _made(cls, _contents(path))
+        return made
 
 
 class Record(Saved):
