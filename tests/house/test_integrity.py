@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import re
 import sys
 import warnings
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from house_names import ROOT
+from house_names import ROOT, SOURCE
 
 import sdpgrind
 from sdpgrind.base import integrity, records
@@ -214,6 +215,18 @@ def test_the_damage_of_the_benchmark_is_seen_where_it_is_not_told(tmp_path):
 def test_kinds_of_the_benchmark_are_all_kinds():
     saved = {path.stem for path in damage.SAVED.glob("*.nc")}
     assert set(damage.kinds()) == saved | set(damage.MAKERS) | {"hwsim.journal"}
+
+
+OPENS = re.compile(
+    r"\b(open_dataset|load_dataset|to_netcdf|ScipyDataStore|netcdf_file|sqlite3\.connect|h5netcdf)\b"
+)
+
+
+def test_no_other_module_opens_the_files_of_records():
+    found = {
+        path.relative_to(SOURCE).as_posix() for path in SOURCE.rglob("*.py") if OPENS.search(path.read_text())
+    }
+    assert found == {"sdpgrind/base/records.py", "hwsim/_log/journal_file.py"}
 
 
 def test_another_file_is_not_called_damaged(tmp_path):
