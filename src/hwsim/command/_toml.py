@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+from hwsim.command._toml_bounds import refuse_many, text_of
 from sdpgrind.base.quantities import Spec, specs
 from sdpgrind.base.unit_text import quantity
 
 Made = TypeVar("Made")
+_SHOWN = 80  # characters of a line in a message; chosen: the message fits a line or two
 
 
 @dataclass
@@ -167,11 +169,20 @@ def read(path: Path, make: Callable[[Table], Made]) -> Made:
 
 
 def _entries(path: Path) -> dict[str, Any]:
-    text = path.read_text(encoding="utf-8")
+    try:
+        text = text_of(path)
+        entries = _parsed(text)
+        refuse_many(entries)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    return entries
+
+
+def _parsed(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{path}: {_misread(str(error), text)}") from None
+        raise ValueError(_misread(str(error), text)) from None
 
 
 _NO_TOML = {
@@ -187,7 +198,9 @@ def _misread(told: str, text: str) -> str:
     if place is None:
         return told
     what = next((meaning for start, meaning in _NO_TOML.items() if told.startswith(start)), place[1])
-    return f"line {place[2]}, {text.splitlines()[int(place[2]) - 1].strip()!r}: {what}"
+    written = text.split("\n")[int(place[2]) - 1].strip()  # as tomllib counts lines
+    shown = written if len(written) <= _SHOWN else f"{written[:_SHOWN]}..."
+    return f"line {place[2]}, {shown!r}: {what}"
 
 
 def _with_text(told: str, entries: Any) -> str:
