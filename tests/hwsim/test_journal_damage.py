@@ -246,6 +246,18 @@ def test_a_lost_head_of_the_file_is_damage(path):
                 read(path)
 
 
+@pytest.mark.parametrize("name", [b"partpart", b"runrun"])
+def test_a_fault_that_sqlite_tells_with_damaged_letters_is_damage(path, name):
+    """Its message is no UTF-8 then, and no error of SQLite comes."""
+    path.write_bytes(path.read_bytes().replace(name, name[:1] + b"\xcb" + name[2:], 1))
+    with pytest.raises(UnicodeDecodeError):
+        rows(path, "SELECT * FROM run")
+    with pytest.raises(
+        sdpgrind.DamagedFileError, match=r"run\.db' is damaged: its table of the run cannot be read"
+    ):
+        sdpgrind.load(path)
+
+
 def test_a_broken_transaction_is_undone_in_a_copy(path):
     """SQLite undoes it in the file that it opens: the damaged file stays as it is."""
     change(path, "DELETE FROM part WHERE number = 4")

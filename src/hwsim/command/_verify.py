@@ -35,10 +35,11 @@ def add_verify(subparsers: Any, areas: Mapping[str, AreaCommand], parse: Parse) 
     parser.add_argument(
         "files", type=Path, nargs="+", metavar="FILE", help="pages of reports, plans, logs, journals"
     )
-    parser.add_argument(
+    more = parser.add_mutually_exclusive_group()
+    more.add_argument(
         "--rerun", type=Path, metavar="DIR", help="make plan and log of the one page again in this new folder"
     )
-    parser.add_argument(
+    more.add_argument(
         "--salvage", type=Path, metavar="OUT", help="write the good parts of the one damaged journal here"
     )
     parser.set_defaults(work=partial(work, areas, parse))
