@@ -102,7 +102,7 @@ _PER_MINUTE = _unit(Fraction(1, 60), 0, -1)
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 _SIGNS = str.maketrans({"·": "*", "⋅": "*", "∙": "*", "×": "*", "−": "-"})
 _TOKEN = re.compile(r"\s*([A-Za-zµμ]+|[$%°()^*/·]|-?\d+(?:\.\d+)?)")
-_POWER = re.compile(r"-?\d{1,3}(?:\.\d{1,3}|/0*[1-9]\d?)?")
+_EXPONENT = re.compile(r"-?\d{1,3}(?:\.\d{1,3}|/0*[1-9]\d?)?")
 _WHOLE_MAX = 2**53  # derived: floats hold all whole numbers up to it
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
 
@@ -257,7 +257,7 @@ def _exponent(tokens: list[str]) -> Fraction:
         end = tokens.index(")") if ")" in tokens else len(tokens)
         taken, tokens[: end + 1] = tokens[:end], []
     written = "".join(taken)
-    if not _POWER.fullmatch(written):  # "1e99999999" would take `Fraction` for ever
+    if not _EXPONENT.fullmatch(written):  # "1e99999999" would take `Fraction` for ever
         raise ValueError(f"{written!r} is no exponent")
     exponent = Fraction(written)
     if abs(exponent) > _POWER_MAX or exponent.denominator > _POWER_MAX:
