@@ -8,6 +8,8 @@ from . import sdp as sdp
 from . import weldbead as weldbead
 from .base import units as units
 from .base.compiling.warm import warm as warm
+from .base.damaged import DamagedFileError as DamagedFileError
+from .base.damaged import OldFileWarning as OldFileWarning
 from .base.records import load as load
 
 __version__: str

@@ -31,6 +31,7 @@ INNER = {
     "how tables talk to policies on them": r"\.sdp\.Policy\.(act|begin|controls|locate|need_problem|shape|kinks|value_at)$",
 }
 EXEMPT = {
+    "sdpgrind.OldFileWarning": "words about a file",
     "sdpgrind.sdp.Forever": "the absence of a deadline",
     "sdpgrind.sdp.Report": "words",
     "hwsim.check": "says what does not fit",

@@ -50,10 +50,14 @@ REWORDED = dict.fromkeys(  # labels in better English since; all others are as t
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_saved_file_loads_and_is_saved_as_it_was(name, tmp_path):
-    thing = sdpgrind.load(FILES[name])
+    with pytest.warns(sdpgrind.OldFileWarning) as told:
+        thing = sdpgrind.load(FILES[name])
+    assert len(told) == 1 and name in str(told[0].message) and told[0].filename == __file__
     assert repr(thing) == TOLD[name]
     thing.save(tmp_path / name)
-    before, after = (records.read(path) for path in (FILES[name], tmp_path / name))
+    with pytest.warns(sdpgrind.OldFileWarning):
+        before = records.read(FILES[name])
+    after = records.read(tmp_path / name)
     assert before.attrs.pop("version") == "0.1.0" and after.attrs.pop("version") == sdpgrind.__version__
     assert after.attrs.keys() == before.attrs.keys()
     assert all(holds(parsed(after.attrs[key]), parsed(before.attrs[key])) for key in before.attrs)
@@ -67,9 +71,13 @@ def test_a_saved_file_loads_and_is_saved_as_it_was(name, tmp_path):
 
 
 def test_a_saved_journal_opens():
-    with sdpgrind.load(FOLDER / "hwsim.journal.db") as journal:
+    with pytest.warns(sdpgrind.OldFileWarning) as told:
+        journal = sdpgrind.load(FOLDER / "hwsim.journal.db")
+        log = sdpgrind.load(FILES["hwsim.log.nc"])
+    assert len(told) == 2  # one each
+    with journal:
         assert isinstance(journal, hwsim.Journal) and journal.parts == 2
-        assert journal.log().outcome.equals(sdpgrind.load(FILES["hwsim.log.nc"]).outcome)
+        assert journal.log().outcome.equals(log.outcome)
 
 
 def test_every_kind_but_those_of_minutes_is_here():

@@ -2,10 +2,12 @@
 
 from hwsim._link import courier as couriers
 from hwsim._link.tcp import Unpacker, packed
+from hwsim._log import chain
 from hwsim._log.fingerprint import fingerprint, former
 from hwsim._log.frames import Frames
 from hwsim._log.labels import Labels
 from hwsim._log.log import same
+from hwsim._log.salvage import salvage
 from hwsim._part.clock import Clock, common_tick, exact, simplest
 from hwsim._part.motions import command_column, digest
 from hwsim._part.part import column
@@ -25,6 +27,7 @@ __all__ = [
     "Table",
     "Unpacker",
     "broken_off",
+    "chain",
     "column",
     "command_column",
     "common_tick",
@@ -37,6 +40,7 @@ __all__ = [
     "parts_table",
     "read",
     "release_time",
+    "salvage",
     "same",
     "simplest",
     "summary_head",

@@ -170,10 +170,11 @@ def test_a_gap_is_told_and_not_read_over(tmp_path, lost):
     with sqlite3.connect(path) as database:
         database.execute("DELETE FROM part WHERE number = ?", (lost,))
     database.close()
-    with hwsim.Journal(path) as journal, pytest.raises(ValueError, match=rf"run.db' lacks part {lost}$"):
+    told = rf"run.db' is damaged: part {lost} is missing; "
+    with hwsim.Journal(path) as journal, pytest.raises(sdpgrind.DamagedFileError, match=told):
         journal.log()
     for parts in (3, 5):
-        with pytest.raises(ValueError, match=rf"run.db' lacks part {lost}$"):
+        with pytest.raises(sdpgrind.DamagedFileError, match=told):
             hwsim.run(noisy_tank(), Drain(), parts=parts, rng=3, journal=path)
 
 
@@ -316,16 +317,21 @@ def test_a_journal_of_the_first_version_is_carried_on(tmp_path):
     path = tmp_path / "run.db"
     path.write_bytes(OLD.read_bytes())
     stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
-    log = hwsim.run(stand, leave(), parts=3, journal=path)
+    with pytest.warns(sdpgrind.OldFileWarning) as told:
+        log = hwsim.run(stand, leave(), parts=3, journal=path)
+    assert len(told) == 1
     assert same(log, hwsim.run(stand, leave(), parts=3))
-    with hwsim.Journal(path) as journal:
+    with pytest.warns(sdpgrind.OldFileWarning), hwsim.Journal(path) as journal:
         assert journal.parts == 3
     for plant, controller, rng in (
         (hwsim.WeldBeadStand(weldbead.preset("P2")), leave(), 0),
         (stand, leave("another"), 0),
         (stand, leave(), 1),
     ):
-        with pytest.raises(ValueError, match="journal must be of this run"):
+        with (
+            pytest.warns(sdpgrind.OldFileWarning),
+            pytest.raises(ValueError, match="journal must be of this run"),
+        ):
             hwsim.run(plant, controller, parts=3, rng=rng, journal=path)
 
 

@@ -1,6 +1,8 @@
 """Runs of a simulated plant against the clock: equal numbers, and the safe command whatever goes wrong."""
 
+import contextlib
 import signal
+import sqlite3
 import threading
 import time
 
@@ -22,7 +24,7 @@ from live_fakes import (
 
 import hwsim
 from hwsim._loop.loop import run
-from sdpgrind import plunge, weldbead
+from sdpgrind import DamagedFileError, plunge, weldbead
 
 SAFE = {"close": 1.0}
 TANK = Tank(level=4.0, tick=PERIOD / 2)
@@ -128,6 +130,23 @@ def test_a_late_command_takes_effect_when_it_came():
     late = int(np.flatnonzero(log["tap"].overrun.values)[0])
     held = (at[late] - at[late - 1]) - (level[late - 1] - level[late]) / 20.0  # flow was 10 for twice as long
     assert held >= 1.5 * PERIOD / 2 - 1e-9
+
+
+def test_the_end_and_an_event_inside_a_late_step():
+    def late():
+        time.sleep(3.4 * PERIOD)
+
+    for alarm, level in ((-1.0, 1.3), (0.7, 1.6)):  # empty, or alarmed, before the late command comes
+        plant = Tank(level=level, tick=PERIOD / 2, alarm=alarm)
+        log = hwsim.run(plant, Failing(late, at=4), live=live())
+        assert float(log.outcome.time[0]) == pytest.approx(level / 10.0, abs=PERIOD / 2 + 1e-9)
+        assert hwsim.run(hwsim.Recording(log), Drain(10.0, PERIOD)).outcome.same.all()
+    assert 0.7 - 10.0 * PERIOD / 2 <= log["tap"].level.values[4] <= 0.7  # it was told at the alarm
+
+
+def test_a_wait_longer_than_the_deadline_is_no_hang():
+    log = hwsim.run(Tank(level=1.0, tick=0.01, alarm=-1.0), Drain(1.0), live=live(deadline=0.3))
+    assert not log.outcome.aborted.any()
 
 
 def test_a_missed_release_can_abort():
@@ -238,6 +257,31 @@ def test_what_the_operator_did_is_in_the_journal(tmp_path):
     with hwsim.Journal(tmp_path / "run.db") as journal:
         told = [(act.who, act.what) for act in journal.acts]
     assert told == [("night shift", "pause"), ("program", "resume")]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            "UPDATE act SET told = replace(told, 'night', 'early') WHERE number = 0",
+            "act 0 of the operator is not as",
+        ),
+        ("DELETE FROM act WHERE number = 1", "acts of the operator are missing"),
+        ("DELETE FROM act WHERE number = 0", "the acts of the operator are not as they were written"),
+        ("DELETE FROM run WHERE key = 'acts'", "acts of the operator are missing"),
+    ],
+)
+def test_a_changed_act_is_damage(change, said, tmp_path):
+    operator, path = live(), tmp_path / "run.db"
+    operator.pause(who="night shift")
+    operator.resume()
+    hwsim.run(Tank(level=0.5, tick=0.01), Drain(10.0), live=operator, journal=path)
+    with contextlib.closing(sqlite3.connect(path)) as database, database:
+        database.execute(change)
+    with hwsim.Journal(path) as journal, pytest.raises(DamagedFileError, match=said):
+        journal.log()
+    with hwsim.Journal(path) as journal, pytest.raises(DamagedFileError, match=said):
+        _ = journal.acts
 
 
 def test_a_stop_within_a_pass_lifts_the_wheel():

@@ -18,6 +18,7 @@ from test_loop import Two
 
 import centering
 import hwsim
+import sdpgrind
 from hwsim import Recording
 from sdpgrind import plunge, units, weldbead
 from sdpgrind.weldbead import force, passes
@@ -335,19 +336,28 @@ def test_the_rows_of_each_push_stand_once_below_each_other(tmp_path):
 
 
 def test_a_run_begun_before_it_held_rows_goes_on(tmp_path):
+    """In a journal of version 0.1.0."""
     plant = hwsim.CenteringMachine(centering.preset("printed"))
     hwsim.run(plant, Pusher(ROWS), parts=1, rng=1, journal=tmp_path / "run.db")
     with closing(sqlite3.connect(tmp_path / "run.db")) as database, database:  # the rows come last
         ((names, arrays),) = database.execute("SELECT names, arrays FROM part")
         names = json.loads(names)
-        assert [name for name, _, _ in names[-2:]] == [
+        assert [name for name, *_ in names[-2:]] == [
             "controller:profile/time",
             "controller:profile/profile_command",
         ]
+        deflated = sum(size for *_, size in names[-2:])
         database.execute(
-            "UPDATE part SET names = ?, arrays = ?", (json.dumps(names[:-2]), arrays[: -8 * 3 * 4])
+            "UPDATE part SET names = ?, arrays = ?", (json.dumps(names[:-2]), arrays[:-deflated])
         )
-    log = hwsim.run(plant, Pusher(ROWS), parts=2, rng=1, journal=tmp_path / "run.db")
+        database.execute("ALTER TABLE part DROP COLUMN digest")
+        database.execute("DELETE FROM run WHERE key IN ('begun', 'head')")
+        database.execute("UPDATE run SET value = '1' WHERE key = 'version'")
+    with pytest.warns(sdpgrind.OldFileWarning):
+        log = hwsim.run(plant, Pusher(ROWS), parts=2, rng=1, journal=tmp_path / "run.db")
+    with closing(sqlite3.connect(tmp_path / "run.db")) as database:  # what 0.1.0 reads: nothing is deflated
+        ((names,),) = database.execute("SELECT names FROM part WHERE number = 1")
+        assert all(len(entry) == 3 for entry in json.loads(names))
     assert log["controller:profile"].part.values.tolist() == [1] * 3
     same(log, Pusher(ROWS), part=0)
     same(log, Pusher(ROWS), part=1)

@@ -142,9 +142,12 @@ def test_verify_finds_a_changed_digit(page, tmp_path, capsys, section):
 
 
 def test_verify_refuses_another_file(tmp_path, capsys):
-    (tmp_path / "run.nc").write_bytes(b"CDF\xff\xfe")
-    assert main(["verify", str(tmp_path / "run.nc")]) == 2 == main(["verify", str(tmp_path / "none.html")])
+    (tmp_path / "run.html").write_bytes(b"CDF\xff\xfe")
+    assert main(["verify", str(tmp_path / "run.html")]) == 2 == main(["verify", str(tmp_path / "none.html")])
     assert "must be a report" in (told := capsys.readouterr().err) and "existing file" in told
+    (tmp_path / "notes.txt").write_text("a text")
+    assert main(["verify", str(tmp_path / "notes.txt")]) == 2 == main(["verify", str(tmp_path / "none.nc")])
+    assert "saved by this library" in (told := capsys.readouterr().err) and "existing file" in told
 
 
 def test_names_from_files_are_escaped(tmp_path):

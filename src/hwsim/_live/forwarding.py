@@ -54,7 +54,7 @@ class Forwarding:
 
     def alive(self, now: int) -> bool:
         """Whether a heartbeat may be sent: the controller was heard within the deadline, nothing tripped."""
-        return self.trip is None and self._asked is None and now - self._life <= self._deadline
+        return self._asked is None and now - self._life <= self._deadline
 
     def poll(self, now: int) -> Mapping[str, Any]:
         """Return what to write now: changed commands, once the safe command, or nothing."""

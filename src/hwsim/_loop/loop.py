@@ -126,8 +126,8 @@ def run(
         journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels
     ) as book:
         series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels, KeptMotions(), live)
-        if book and live and not hasattr(plant, "start_live"):
-            book.forget_aborted()  # a simulated part can be run again
+        if book and live:
+            book.ready_for_clock(again=not hasattr(plant, "start_live"))  # a simulated part can be run again
         done = [series.kept.of(part) for part in book.read(parts)] if book else []
         for part in done:
             series.learn(part)

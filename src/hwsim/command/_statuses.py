@@ -37,11 +37,13 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
 
     from hwsim._live.live import Aborted
     from hwsim._log.journal import SecondWriterError
+    from sdpgrind.base.damaged import DamagedFileError
 
     return (
         (BrokenPipeError, OK),
         (Aborted, FAILED),
         (SecondWriterError, ENVIRONMENT),
+        (DamagedFileError, ENVIRONMENT),
         (FileNotFoundError, WRONG_INPUT),
         (IsADirectoryError, WRONG_INPUT),
         (NotADirectoryError, WRONG_INPUT),

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from hwsim.command import _toml_text
+from hwsim.command._toml_bounds import refuse_many, text_of
 from sdpgrind.base.quantities import Spec, specs
 from sdpgrind.base.unit_text import quantity
 
 Made = TypeVar("Made")
+_SHOWN = 80  # characters of a line in a message; chosen: the message fits a line or two
 
 
 @dataclass
@@ -168,16 +169,22 @@ def read(path: Path, make: Callable[[Table], Made]) -> Made:
 
 
 def _entries(path: Path) -> dict[str, Any]:
-    text = _toml_text.read(path)
     try:
-        entries = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{path}: {_misread(str(error), text)}") from None
-    _toml_text.refuse_many_keys(path, entries)
+        text = text_of(path)
+        entries = _parsed(text)
+        refuse_many(entries)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
     return entries
 
 
-_SHOWN = 80  # characters of a line in a message; chosen: the message fits a terminal
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(_misread(str(error), text)) from None
+
+
 _NO_TOML = {
     "Cannot overwrite a value": "the key is there twice",
     "Cannot declare": "the table is there twice",
@@ -189,10 +196,11 @@ def _misread(told: str, text: str) -> str:
     """Fault of an invalid file, with its line; tomllib names no key."""
     place = re.search(r"(.*) \(at line (\d+), column \d+\)", told)
     if place is None:
-        return f"line {text.count(chr(10)) + 1}, {told.replace('at end of document', 'the file ends there')}"
+        return told
     what = next((meaning for start, meaning in _NO_TOML.items() if told.startswith(start)), place[1])
-    line = text.split("\n")[int(place[2]) - 1].strip()
-    return f"line {place[2]}, {line[:_SHOWN]!r}{' ...' * (len(line) > _SHOWN)}: {what}"
+    written = text.split("\n")[int(place[2]) - 1].strip()  # as tomllib counts lines
+    shown = written if len(written) <= _SHOWN else f"{written[:_SHOWN]}..."
+    return f"line {place[2]}, {shown!r}: {what}"
 
 
 def _with_text(told: str, entries: Any) -> str:

@@ -1,6 +1,11 @@
-"""``hwsim verify report.html ...``: whether pages are as they were; ``--rerun DIR``: make one again."""
+"""``hwsim verify FILE ...``: whether files are as they were; ``--rerun DIR``: make a page again.
+
+``--salvage OUT`` writes the good parts of a damaged journal.
+"""
 
 import argparse
+import sqlite3
+import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -9,56 +14,110 @@ from typing import Any
 from hwsim.command.base import AreaCommand
 
 Parse = Callable[[list[str]], argparse.Namespace]
-UNCHECKED = 2  # exit status of a page that cannot be checked; source: that of wrong input to a command
+UNCHECKED = 2  # exit status of a file that cannot be checked; source: that of wrong input to a command
 DIFFERENT = 1  # exit status of a page that was changed or comes out otherwise; chosen: 2 is wrong input
+DAMAGED = 3  # exit status of a damaged plan, log or journal; chosen: that of a faulty computer
 _SHOWN = "--live"  # switch of a command that changes nothing but what is shown
+_PAGES = {".html", ".htm"}
 
 
 def add_verify(subparsers: Any, areas: Mapping[str, AreaCommand], parse: Parse) -> None:
     """Add the command to the subparsers; `parse` reads the arguments of a command of an area."""
     parser = subparsers.add_parser(
         "verify",
-        help="check that no number of the pages of reports was changed, or make one again",
-        description="Recompute the digests of reports; name what was changed since they were written.",
+        help="check that files are as they were written, or make a page again",
+        description="Recompute the digests of reports, plans, logs and journals; name what was changed since "
+        "they were written.",
         epilog="With --rerun the job that stands in the page is planned and run again, and compared to the "
         "bit; other versions than those of the page are told first, and differences counted. Exit status: "
-        "0 all as they were, 1 one changed or different, 2 one not to be checked.",
+        "0 all as they were, 1 a page changed or different, 2 a file not to be checked, 3 a damaged file.",
     )
     parser.add_argument(
-        "pages", type=Path, nargs="+", metavar="report.html", help="pages of logs, plans or profiles"
+        "files", type=Path, nargs="+", metavar="FILE", help="pages of reports, plans, logs, journals"
     )
-    parser.add_argument(
+    more = parser.add_mutually_exclusive_group()
+    more.add_argument(
         "--rerun", type=Path, metavar="DIR", help="make plan and log of the one page again in this new folder"
+    )
+    more.add_argument(
+        "--salvage", type=Path, metavar="OUT", help="write the good parts of the one damaged journal here"
     )
     parser.set_defaults(work=partial(work, areas, parse))
 
 
 def work(areas: Mapping[str, AreaCommand], parse: Parse, arguments: argparse.Namespace) -> int:
-    """Carry out the command and return the exit status: 0, 1 where something differs, 2 as `_checked`."""
+    """Carry out the command and return the exit status: 0, 1 where a page differs, 2 or 3."""
     from hwsim._report.verified import read
 
-    pages, folder = arguments.pages, arguments.rerun
-    if folder is not None and len(pages) > 1:
-        raise ValueError(f"--rerun makes one page again; got {len(pages)}: give it one report.html")
-    if len(pages) > 1:
-        return max(map(_checked, pages))
-    if (status := _check(pages[0])) or folder is None:
+    files, folder, target = arguments.files, arguments.rerun, arguments.salvage
+    if folder is not None and len(files) > 1:
+        raise ValueError(f"--rerun makes one page again; got {len(files)}: give it one report.html")
+    if target is not None:
+        return _salvaged(files, target)
+    if len(files) > 1:
+        return max(map(_checked, files))
+    if (status := _check(files[0])) or folder is None:
         return status
-    data = read(pages[0])
+    data = read(files[0])
     _rerun(data, folder, areas, parse)
     return _compared(data, folder)
 
 
-def _checked(page: Path) -> int:
-    """Check one of several pages: one that cannot be checked (2) does not keep the others from it."""
+def _salvaged(files: list[Path], target: Path) -> int:
+    """Write the good parts of a damaged journal and return the exit status: the journal stays damaged."""
+    from hwsim._log.salvage import salvage
+    from sdpgrind.base.records import is_journal
+
+    if len(files) > 1 or not is_journal(files[0]):
+        raise ValueError(f"--salvage needs the journal of a run; got {', '.join(map(str, files))}")
+    if (status := _check(files[0])) == DAMAGED:
+        parts = salvage(files[0], target)
+        print(f"{target}: the first {parts} parts of {files[0]}", flush=True)
+    return status
+
+
+def _checked(file: Path) -> int:
+    """Check one of several files: one that cannot be checked (2) does not keep the others from it."""
     try:
-        return _check(page)
-    except (OSError, ValueError) as error:
-        print(f"{page}: not checked, {error}", flush=True)
+        return _check(file)
+    except (OSError, ValueError, sqlite3.Error) as error:
+        print(f"{file}: not checked, {error}", flush=True)
         return UNCHECKED
 
 
-def _check(page: Path) -> int:
+def _check(file: Path) -> int:
+    """Print what was changed in a file, or that nothing was."""
+    if file.suffix.lower() in _PAGES:
+        return _check_page(file)
+    from sdpgrind.base.damaged import DamagedFileError
+
+    try:
+        kind, sealed = _examined(file)
+    except DamagedFileError as error:
+        print(f"{file}: damaged, {error.wrong}; {error.salvage}", flush=True)
+        return DAMAGED
+    if sealed:
+        print(f"{file}: {kind}, as it was written", flush=True)
+        return 0
+    print(f"{file}: {kind}, not checked: version 0.1.0 wrote no digest; it can be read", flush=True)
+    return UNCHECKED
+
+
+def _examined(file: Path) -> tuple[str, bool]:
+    """The kind of a plan, a log or a journal, and whether a digest says that it is as it was written."""
+    from hwsim._log.journal import Journal
+    from sdpgrind.base import records
+    from sdpgrind.base.damaged import OldFileWarning
+
+    if not file.is_file():
+        raise FileNotFoundError(f"FILE must be an existing file; got {str(file)!r}")
+    if not records.is_journal(file):
+        return records.examine(file)
+    with warnings.catch_warnings(action="ignore", category=OldFileWarning), Journal(file) as journal:
+        return f"journal of {len(list(journal.read()))} parts", journal.has_digests
+
+
+def _check_page(page: Path) -> int:
     """Print what was changed in a page, or that nothing was."""
     from hwsim._report.verified import verified
 

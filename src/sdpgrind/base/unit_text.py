@@ -21,15 +21,6 @@ from sdpgrind.base import checks
 Exponents = tuple[Fraction, ...]  # of length, time, mass, angle, money, current
 
 
-_FACTOR_BITS = 4096  # chosen: nm^12 has 360, and a float at most 1100
-_EXACT = 2**53  # derived: whole numbers up to it are floats
-_TEXT = 80  # characters of a quantity or a unit; chosen: twice the longest of any file seen
-_SIDE = 40  # digits before or after the point; chosen: twice what a float holds
-_DECIMAL_EXPONENT = 400  # chosen: beyond every float
-_EXPONENT, _DENOMINATOR = 12, 12  # of a unit; chosen: three times those of grinding laws
-_PARENTHESES = 8  # chosen: no unit of a file has more than two
-
-
 class Unit(NamedTuple):
     """Factor to SI units and exponents of a unit."""
 
@@ -42,11 +33,19 @@ class Unit(NamedTuple):
         return Unit(self.factor * other.factor**sign, exponents)
 
     def power(self, exponent: Fraction) -> "Unit":
-        """Unit to a power; refused where its exact factor would have thousands of digits."""
-        digits = max(self.factor.numerator.bit_length(), self.factor.denominator.bit_length())
-        if digits * abs(exponent) > _FACTOR_BITS:
-            raise ValueError(f"{exponent} is too large an exponent here")
+        """Unit to a power."""
+        size = max(self.factor.numerator.bit_length(), self.factor.denominator.bit_length())
+        if abs(exponent) * size > _BITS_MAX:
+            raise ValueError("its powers of powers are too great")
         return Unit(Fraction(self.factor**exponent), tuple(a * exponent for a in self.exponents))
+
+
+_LENGTH_MAX = 80  # characters of a quantity or a unit; chosen: the longest of ours has 20
+_DIGITS_MAX = 40  # on each side of the decimal sign; chosen: a float has 17
+_EXPONENT_MAX = 400  # of 10; chosen: floats end at 308
+_POWER_MAX = 12  # of a unit, and denominator of a power; chosen: those of grinding are below 5
+_NESTED_MAX = 8  # parentheses; chosen: one is usual
+_BITS_MAX = 4096  # of a factor; chosen: floats end at 1024
 
 
 def _unit(factor: str | Fraction, *exponents: int) -> Unit:
@@ -103,17 +102,19 @@ _PER_MINUTE = _unit(Fraction(1, 60), 0, -1)
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 _SIGNS = str.maketrans({"·": "*", "⋅": "*", "∙": "*", "×": "*", "−": "-"})
 _TOKEN = re.compile(r"\s*([A-Za-zµμ]+|[$%°()^*/·]|-?\d+(?:\.\d+)?)")
+_EXPONENT = re.compile(r"-?\d{1,3}(?:\.\d{1,3}|/0*[1-9]\d?)?")
+_WHOLE_MAX = 2**53  # derived: floats hold all whole numbers up to it
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
 
 
 def quantity(name: str, value: Any, unit: str) -> float:
     """Return `value`, a number in `unit` or a text with its own unit, as a float in `unit`."""
-    if isinstance(value, int) and abs(value) > _EXACT:
-        raise checks.refuse(name, "a whole number of at most 2^53, or written with a point", value, unit)
     if not isinstance(value, str):
+        if isinstance(value, int) and abs(value) > _WHOLE_MAX:
+            raise checks.refuse(name, "a whole number of at most 2^53, or a float", value, unit)
         return checks.number(name, value, unit)
-    if len(value) > _TEXT:
-        raise ValueError(f"{name} must be a text of at most {_TEXT} characters; got {len(value)}")
+    if len(value) > _LENGTH_MAX:
+        raise ValueError(f"{name} must have at most {_LENGTH_MAX} characters; got {len(value)}")
     split = _NUMBER.match(value)
     if split is None:
         example = f"3 {unit or '%'}"
@@ -121,8 +122,7 @@ def quantity(name: str, value: Any, unit: str) -> float:
             f'{name} must be a number ({unit or "1"}) or a text such as "{example}"; got {value!r}'
         )
     number, written = split.groups()
-    if fault := _too_long(number):
-        raise ValueError(f"{name} must be {fault}; got {value!r}")
+    _refuse_long(name, number, value)
     if not written:
         return checks.number(name, float(number), unit)
     try:
@@ -131,17 +131,23 @@ def quantity(name: str, value: Any, unit: str) -> float:
         raise ValueError(f"{name} must have a unit like {unit or '1'}; got {value!r}: {error}") from None
     if given.exponents != wanted.exponents:
         raise ValueError(f"{name} must have a unit like {unit or '1 (none)'}; got {value!r}")
-    return checks.number(name, float(Fraction(number) * given.factor / wanted.factor), unit)
+    try:
+        return checks.number(name, float(Fraction(number) * given.factor / wanted.factor), unit)
+    except OverflowError:
+        raise ValueError(
+            f"{name} must be a number that a float holds ({unit or '1'}); got {value!r}"
+        ) from None
 
 
-def _too_long(number: str) -> str:
-    """What a number must be whose exact value would take long to make; "": it is short enough."""
+def _refuse_long(name: str, number: str, value: str) -> None:
+    """Refuse a number before `Fraction` sees it: 1e99999999 would take it for ever."""
     mantissa, _, exponent = number.lower().partition("e")
-    if any(len(side.strip("+-")) > _SIDE for side in mantissa.split(".")):
-        return f"a number of at most {_SIDE} digits on each side of the point"
-    if exponent and (len(exponent) > 5 or abs(int(exponent)) > _DECIMAL_EXPONENT):
-        return f"a number with an exponent within +-{_DECIMAL_EXPONENT}"
-    return ""
+    if max(map(len, mantissa.lstrip("+-").split("."))) > _DIGITS_MAX:
+        raise ValueError(
+            f"{name} must have at most {_DIGITS_MAX} digits before and after the point; got {value!r}"
+        )
+    if abs(int(exponent or 0)) > _EXPONENT_MAX:
+        raise ValueError(f"{name} must have an exponent within +-{_EXPONENT_MAX}; got {value!r}")
 
 
 def factor(written: str, unit: str) -> float:
@@ -158,7 +164,10 @@ def factor(written: str, unit: str) -> float:
         given = _UNITS["rpm"]
     if given.exponents != wanted.exponents:
         raise ValueError(f"{_alike(unit)}; got {written!r}")
-    return float(given.factor / wanted.factor)
+    try:
+        return float(given.factor / wanted.factor)
+    except OverflowError:
+        raise ValueError(f"{_alike(unit)}; got {written!r}") from None
 
 
 def near(unit: str) -> tuple[str, ...]:
@@ -177,12 +186,15 @@ def _alike(unit: str) -> str:
 
 def parse(text: str) -> Unit:
     """Read a unit: names, products (space, ``*``), quotients, powers, parentheses."""
-    if len(text) > _TEXT:
-        raise ValueError(f"a unit has at most {_TEXT} characters")
+    if len(text) > _LENGTH_MAX:
+        raise ValueError(f"a unit has at most {_LENGTH_MAX} characters")
     tokens = _tokens(text)
-    if tokens.count("(") > _PARENTHESES:
-        raise ValueError(f"a unit has at most {_PARENTHESES} parentheses")
-    unit = _product(tokens)
+    if tokens.count("(") > _NESTED_MAX:
+        raise ValueError(f"a unit has at most {_NESTED_MAX} parentheses")
+    try:
+        unit = _product(tokens)
+    except OverflowError:
+        raise ValueError("its powers of powers are too great") from None
     if tokens:
         raise ValueError(f"{tokens[0]!r} is out of place")
     return unit
@@ -244,12 +256,10 @@ def _exponent(tokens: list[str]) -> Fraction:
     if taken == ["("]:
         end = tokens.index(")") if ")" in tokens else len(tokens)
         taken, tokens[: end + 1] = tokens[:end], []
-    try:
-        exponent = Fraction("".join(taken))
-    except (ValueError, ZeroDivisionError):
-        raise ValueError(f"{''.join(taken)!r} is no exponent") from None
-    if abs(exponent) > _EXPONENT or exponent.denominator > _DENOMINATOR:
-        raise ValueError(
-            f"{''.join(taken)!r} is no exponent within +-{_EXPONENT}, of denominators up to {_DENOMINATOR}"
-        )
+    written = "".join(taken)
+    if not _EXPONENT.fullmatch(written):  # "1e99999999" would take `Fraction` for ever
+        raise ValueError(f"{written!r} is no exponent")
+    exponent = Fraction(written)
+    if abs(exponent) > _POWER_MAX or exponent.denominator > _POWER_MAX:
+        raise ValueError(f"{written!r} is no exponent within +-{_POWER_MAX} in twelfths or coarser")
     return exponent
