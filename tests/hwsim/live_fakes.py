@@ -12,8 +12,8 @@ PERIOD = 0.02  # s; a busy machine delays a step by some ms
 class Failing(Drain):
     """Opens the tap at every step, and does what it is told to do wrong at the fifth."""
 
-    def __init__(self, wrong, at=5, flow=10.0):
-        super().__init__(flow, PERIOD)
+    def __init__(self, wrong, at=5, flow=10.0, period=PERIOD):
+        super().__init__(flow, period)
         self.wrong, self.at = wrong, at
 
     def step(self, **read):

@@ -5,6 +5,7 @@ import signal
 import sqlite3
 import threading
 import time
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -35,10 +36,23 @@ def live(**options):
     return hwsim.Live(**{"safe": SAFE, "deadline": LONG, **options})
 
 
+class Watched(Tank):
+    """A tank whose machines can be looked at afterwards."""
+
+    machines: ClassVar = []
+
+    def start(self, rng):
+        self.machines.append(super().start(rng))
+        return self.machines[-1]
+
+    def with_tick(self, tick):
+        return Watched(self.level, tick, self.alarm, self.leak)
+
+
 def aborted(wrong, **options):
     """Log of a run that is broken off, and its error."""
     with pytest.raises(hwsim.Aborted) as caught:
-        hwsim.run(TANK, Failing(wrong), live=live(**options))
+        hwsim.run(Watched(level=4.0, tick=PERIOD / 2), Failing(wrong), live=live(**options))
     return caught.value.log, caught.value
 
 
@@ -95,6 +109,9 @@ def test_tiers_keep_their_own_grids_in_a_live_hierarchy():
 )
 def test_whatever_goes_wrong_the_machine_is_made_safe_first(wrong, by, said):
     log, error = aborted(wrong, deadline=0.1)
+    calls = Watched.machines[-1].calls
+    assert calls[-1] == (SAFE, 0)
+    assert float(log.outcome.longest_step[-1]) >= (0.4 if "no sign" in said else 0.0)
     outcome = log.outcome.isel(part=-1)
     assert said in str(error)
     assert said in str(outcome.abort_reason.values)
@@ -170,6 +187,8 @@ def test_an_abort_from_another_thread_during_a_long_wait():
         hwsim.run(Tank(level=60.0, tick=0.01, alarm=5.0), Once(1.0), live=operator)
     outcome = caught.value.log.outcome.isel(part=0)
     assert operator.state == "aborted"
+    table = caught.value.log["tap"]
+    np.testing.assert_array_equal(table.flow_command, [1.0])  # the command that was under way
     assert 0.0 < float(outcome.time) < 10.0  # and not at the event, 55 s later
     assert float(outcome.level) == pytest.approx(60.0 - float(outcome.time), abs=0.01)
 
@@ -235,6 +254,115 @@ def test_an_aborted_part_is_in_the_journal_and_is_run_again_on_a_simulated_plant
     plain = hwsim.run(plant, Third(None, at=1), parts=3, rng=3)
     np.testing.assert_array_equal(whole.outcome.leak, plain.outcome.leak)
     assert not whole.outcome.aborted.any()
+
+
+class Refusing(Tank):
+    """A tank that cannot be closed."""
+
+    def start(self, rng):
+        machine = super().start(rng)
+        taken = machine.step
+
+        def step(command, ticks):
+            if "close" in command:
+                raise ValueError("the valve is stuck")
+            return taken(command, ticks)
+
+        machine.step = step
+        return machine
+
+    def with_tick(self, tick):
+        return Refusing(self.level, tick, self.alarm, self.leak)
+
+
+def test_a_safe_command_that_the_machine_refuses_is_told():
+    with pytest.raises(hwsim.Aborted, match="the safe command was refused: the valve is stuck") as caught:
+        hwsim.run(Refusing(level=4.0, tick=PERIOD / 2), Failing(broken), live=live())
+    assert str(caught.value.log.outcome.safe_by[0].values) == ""
+
+
+def test_a_hang_after_a_long_wait_is_made_safe_where_the_machine_is_by_then():
+    plant = Tank(level=2.0, tick=0.01, alarm=1.5)  # an event after 0.5 s
+    with pytest.raises(hwsim.Aborted) as caught:
+        hwsim.run(plant, Failing(asleep(0.8), at=2, flow=1.0, period=None), live=live(deadline=0.3))
+    outcome = caught.value.log.outcome.isel(part=0)
+    assert 0.8 <= float(outcome.time) <= 1.2  # 0.5 s of flow, 0.3 s of waiting for the controller
+    assert float(outcome.level) == pytest.approx(2.0 - float(outcome.time), abs=0.011)
+
+
+def test_a_finished_part_is_not_late_however_long_its_outcome_takes():
+    class Slow(Tank):
+        def start(self, rng):
+            machine = super().start(rng)
+            found = machine.outcome
+            machine.outcome = lambda: time.sleep(0.5) or found()
+            return machine
+
+        def with_tick(self, tick):
+            return Slow(self.level, tick, self.alarm, self.leak)
+
+    log = hwsim.run(Slow(level=0.5, tick=0.01), Drain(10.0), live=live(deadline=0.3))
+    assert float(log.outcome.aborted[0]) == 0.0
+
+
+def test_no_verdict_about_a_part_that_was_broken_off():
+    class Judge(Failing):
+        def verdict(self):
+            raise AssertionError("there is nothing to judge")
+
+    with pytest.raises(hwsim.Aborted):
+        hwsim.run(TANK, Judge(broken), live=live())
+
+
+class Above(Drain):
+    """A slow tier that takes its time."""
+
+    tier = "above"
+    commands: ClassVar = {"wish": "mm/s"}
+
+    def step(self, **read):
+        time.sleep(0.01)
+        super().step(**read)
+        return {"wish": 10.0}
+
+
+class Below(Drain):
+    reads: ClassVar = {"level": "mm", "wish": "mm/s"}
+
+    def step(self, *, wish, **read):
+        super().step(**read)
+        return {"flow": wish}
+
+
+class Both:
+    """Two tiers, the upper one at a third of the rate."""
+
+    def __init__(self):
+        self.tiers = {"above": Above(10.0, 3 * PERIOD), "tap": Below(10.0, PERIOD)}
+
+    def reset(self):
+        for each in self.tiers.values():
+            each.reset()
+
+    period = PERIOD
+
+    def step(self, **read): ...
+
+
+def test_delays_and_ages_of_a_tier_behind_another_and_the_fastest_leads():
+    plant = Tank(level=2.0, tick=PERIOD / 2, alarm=-1.0)
+    log = hwsim.run(plant, Both(), live=live())
+    tap = log["tap"].isel(row=slice(0, 7))
+    late = tap.time.values % (3 * PERIOD) < 1e-9  # behind the tier that takes 10 ms
+    assert (tap.release_delay.values[late] >= 0.01).all()
+    assert (tap.sample_age.values[late] >= 0.01).all()
+    assert (tap.release_delay.values >= 0.0).all()
+    missed = log["tap"].overrun.sum() + log["above"].overrun.sum()
+    if missed == 0:  # a busy machine may miss some
+        np.testing.assert_array_equal(
+            log["tap"].time.values[:-1], PERIOD * np.arange(len(log["tap"].time) - 1)
+        )
+        same_numbers(hwsim.run(plant, Both()), log)
 
 
 def test_adaptations_never_see_an_aborted_part():

@@ -152,8 +152,8 @@ def _decide(
     command: dict[str, Any] = {}
     fresh: list[tuple[Tier, Row]] = []
     for k, tier in enumerate(tiers):
-        if tier.due > now or (tier.period is None and not event):
-            continue
+        if tier.due > now or (now % tier.period if tier.period else not event):
+            continue  # between two releases of its grid, too: a release passed by during a late step
         read = {**reading, **tier.held} if tier.held else reading
         if tier.period is not None:
             tier.missed = (now - tier.due) // tier.period
@@ -194,8 +194,8 @@ def _wait(tiers: list[Tier], now: int) -> int:
     """Ticks until the next controller with a period is due."""
     due = FOREVER + now
     for tier in tiers:
-        if tier.period is not None and tier.due < due:
-            due = tier.due
+        if tier.period is not None:
+            due = min(due, tier.due if tier.due > now else now - now % tier.period + tier.period)
     return due - now
 
 

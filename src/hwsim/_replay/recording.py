@@ -174,8 +174,9 @@ class Recording:
             for tier, row in here.items():
                 for name, values in self._tables[tier].items():
                     self._sort(name, self._motion(tier, name, row, _entry(values, row)), reading, commands)
+            # NaN at the end of a part, which may come within a late step
             missed = any(
-                self._tables[tier]["overrun"][row] > 0 for tier, row in here.items() if tier in timed
+                self._tables[tier]["overrun"][row] != 0 for tier, row in here.items() if tier in timed
             )
             yield Instant(time, reading, commands, bool(passes & here.keys()), missed)
 
