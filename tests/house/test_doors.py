@@ -201,7 +201,7 @@ def test_a_count_beyond_all_reason_is_refused_by_its_number(number, said):
     with pytest.raises(ValueError, match=rf"parts must be <= 2\^31 = 2147483648, the largest count; {said}"):
         checks.count("parts", number)
     assert checks.count("parts", 2**31) == 2**31
-    assert checks.seed("rng", number) == number
+    assert checks.whole("rng", number) == number
 
 
 def test_children_one_by_one_are_those_of_one_call():

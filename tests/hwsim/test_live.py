@@ -149,16 +149,33 @@ def test_a_late_command_takes_effect_when_it_came():
     assert held >= 1.5 * PERIOD / 2 - 1e-9
 
 
-def test_the_end_and_an_event_inside_a_late_step():
-    def late():
-        time.sleep(3.4 * PERIOD)
+def late():
+    time.sleep(3.4 * PERIOD)
 
-    for alarm, level in ((-1.0, 1.3), (0.7, 1.6)):  # empty, or alarmed, before the late command comes
-        plant = Tank(level=level, tick=PERIOD / 2, alarm=alarm)
-        log = hwsim.run(plant, Failing(late, at=4), live=live())
-        assert float(log.outcome.time[0]) == pytest.approx(level / 10.0, abs=PERIOD / 2 + 1e-9)
-        assert hwsim.run(hwsim.Recording(log), Drain(10.0, PERIOD)).outcome.same.all()
-    assert 0.7 - 10.0 * PERIOD / 2 <= log["tap"].level.values[4] <= 0.7  # it was told at the alarm
+
+def test_a_part_that_ends_within_a_late_step():
+    log = hwsim.run(Tank(level=1.3, tick=PERIOD / 2, alarm=-1.0), Failing(late, at=4), live=live())
+    assert float(log.outcome.time[0]) == pytest.approx(0.13)
+    assert hwsim.run(hwsim.Recording(log), Drain(10.0, PERIOD)).outcome.same.all()
+
+
+def test_an_event_within_a_late_step_is_told_when_it_was():
+    class Watching(Drain):
+        tier, commands = "alarm", {}  # noqa: RUF012
+
+        def step(self, **read):
+            return {}
+
+    class Alarm(Both):
+        def __init__(self, tap):
+            self.tiers = {"alarm": Watching(), "tap": tap}
+
+    plant = Tank(level=1.6, tick=PERIOD / 2, alarm=0.75)
+    log = hwsim.run(plant, Alarm(Failing(late, at=4)), live=live())
+    at = log["alarm"].isel(row=1)
+    assert float(at.time) == pytest.approx(0.09)  # between two releases of the tap
+    assert float(at.level) == pytest.approx(0.7)
+    np.testing.assert_allclose(log["tap"].time.values % PERIOD % PERIOD, 0, atol=1e-9)
 
 
 def test_a_wait_longer_than_the_deadline_is_no_hang():

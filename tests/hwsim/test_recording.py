@@ -351,7 +351,7 @@ def test_a_run_begun_before_it_held_rows_goes_on(tmp_path):
             "UPDATE part SET names = ?, arrays = ?", (json.dumps(names[:-2]), arrays[:-deflated])
         )
         database.execute("ALTER TABLE part DROP COLUMN digest")
-        database.execute("DELETE FROM run WHERE key IN ('begun', 'head')")
+        database.execute("DELETE FROM run WHERE key IN ('begun', 'head', 'acts')")
         database.execute("UPDATE run SET value = '1' WHERE key = 'version'")
     with pytest.warns(sdpgrind.OldFileWarning):
         log = hwsim.run(plant, Pusher(ROWS), parts=2, rng=1, journal=tmp_path / "run.db")

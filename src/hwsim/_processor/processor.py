@@ -156,7 +156,7 @@ class Processor:
 
     def _turn(self, to: int, *motion: float) -> None:
         """Set the motion of the spindle from now on; a multiple once reached stays reached."""
-        if checks.count("to", to, 0) < self._now:
+        if checks.whole("to", to, 0) < self._now:
             raise checks.refuse("to", f">= now, {self._now}", to, "ns")
         self._motion = TaskMotion(self._now, *motion)
         moved = [place for place in self._angular if self._own[place].nominal > self._now]

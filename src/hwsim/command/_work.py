@@ -181,7 +181,7 @@ def _check_numbers(area: AreaCommand, arguments: argparse.Namespace) -> None:
     for name, (_, *endings) in area.files.items():
         if (path := getattr(arguments, _key(name))) is not None:
             checks.one_of(f"ending of {name}", path.suffix, endings)
-    checks.seed("--rng", arguments.rng)
+    checks.whole("--rng", arguments.rng)
     if arguments.tolerance is not None:
         checks.positive("--tolerance", arguments.tolerance, area.error_unit)
 

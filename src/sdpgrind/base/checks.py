@@ -133,21 +133,18 @@ def confidence(name: str, value: object) -> float:
 
 def count(name: str, value: object, at_least: int = 1) -> int:
     """Return `value` as an int >= `at_least` and <= 2^31."""
+    number = whole(name, value, at_least)
+    if number > _MOST:
+        raise refuse(name, f"<= 2^31 = {_MOST}, the largest count", number)
+    return number
+
+
+def whole(name: str, value: object, at_least: int = 0) -> int:
+    """Return `value` as an int >= `at_least` of any size: a seed, nanoseconds."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise TypeError(f"{name} must be a whole number; got {shown(value)}")
     if value < at_least:
         raise refuse(name, f">= {at_least}", int(value))
-    if value > _MOST:
-        raise refuse(name, f"<= 2^31 = {_MOST}, the largest count", int(value))
-    return int(value)
-
-
-def seed(name: str, value: object) -> int:
-    """Return `value` as an int >= 0 of any size."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise TypeError(f"{name} must be a whole number; got {shown(value)}")
-    if value < 0:
-        raise refuse(name, ">= 0", int(value))
     return int(value)
 
 
