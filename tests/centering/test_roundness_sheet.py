@@ -43,7 +43,7 @@ def test_every_sheet_says_circle_filter_corrections_and_method(kind, ring):
     told = ring.correct(SPINDLE).filter(upr=50).roundness(kind).report()
     assert f"{kind}, " in told and "Gaussian low-pass, 50 upr" in told and "points" in told
     assert "step: error of the spindle taken off" in told and "spindle's error separated, lost 36 upr" in told
-    method = "Method calibrated: noise drawn" if kind in ("LSC", "MZC") else "no method is known about the m"
+    method = "Method calibrated: noise drawn" if kind in ("LSC", "MZC") else f"no interval of RONt is proved about {kind}, only"
     assert method in told and "ring.csv: " in told and "sha256 " in told and "library" in told
     raw = ring.roundness(kind).report()
     assert "none: all undulations" in raw and "corrections: spindle's error not separated" in raw
@@ -85,7 +85,8 @@ def test_the_worst_case_of_a_spindle_stands_beside(ring):
 
 def test_without_noise_there_is_no_interval_and_it_says_so(ring):
     told = ring.filter("robust", upr=50).roundness().report(limits={"RONt": units.um(2.5)})
-    assert "limit 2.5 µm: kept, no interval" in told and "the noise of the deviations is not known" in told
+    assert "limit 2.5 µm: kept, no interval: no decision can be signed" in told
+    assert "no interval of RONt is proved after a robust filter, which is not linear" in told
 
 
 def test_refusals(ring):

@@ -28,6 +28,8 @@ class Origin:
 
     `removed`: spindle angle (rad), reading and height above the form (mm) of asperities that were taken out.
 
+    `noise_given`: whether `noise_sd` was given by the user.
+
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
     profiles, wherever they come from.
     """
@@ -45,6 +47,7 @@ class Origin:
     high: float = inf
     separated: tuple[float, ...] = ()
     lost: tuple[int, ...] = ()
+    noise_given: bool = False
     source: str = dataclasses.field(default="", compare=False)
 
 

@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from centering.roundness._budget import Budget, budget_of
 from centering.roundness._circle_noise import NORMS, interval_of, is_even_noise
+from centering.roundness._form_change import FormChange
+from centering.roundness._harmonics import Harmonics
 from centering.roundness._instrument import Instrument
 from centering.roundness._origin import MEASURED, Origin
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
@@ -189,10 +191,21 @@ class Roundness(Described, ByValue, Result):
         asked = methods[0] if method is None else checks.one_of("method", method, methods)
         return interval_of(self, share, asked)
 
+    @property
+    def why_no_interval(self) -> str:
+        """Reason why RONt has no interval, and a limit no decision; empty where it has one."""
+        if self.kind not in NORMS:
+            return f"no interval of RONt is proved about {self.kind}, only about LSC and MZC"
+        if self.noise_sd.size:
+            return ""
+        if "robust" in self.filter:
+            return "no interval of RONt is proved after a robust filter, which is not linear"
+        return "the noise of the readings is not known: measure several turns, or Profile.with_noise_sd"
+
     @cached_property
     def _usual(self) -> RoundnessInterval | None:
         """The interval of 95 %; None where there is none."""
-        return self.interval() if self.noise_sd.size and self.kind in NORMS else None
+        return None if self.why_no_interval else self.interval()
 
     def conforms(self, limit: float) -> str:
         """Return the decision on a limit of RONt by the interval of 95 %, without the tester's errors.
@@ -253,6 +266,8 @@ class Roundness(Described, ByValue, Result):
         limits: Mapping[Any, float] | None = None,
         instrument: Instrument | None = None,
         height: float | None = None,
+        harmonics: Harmonics | None = None,
+        change: FormChange | None = None,
     ) -> str:
         """Write one HTML page to sign: decisions, parameters, circle, corrections, budget, source, digests.
 
@@ -267,6 +282,11 @@ class Roundness(Described, ByValue, Result):
             Errors of the tester, for the budget. None: the interval is that of noise and form.
         height : float, optional
             Height of the section above the table, mm, as of `budget`.
+        harmonics : Harmonics, optional
+            Harmonics of the profile before the filter (mm, upr) with their own limits, which stand on the
+            page instead of those after it.
+        change : FormChange, optional
+            Change since the measurement before grinding (mm), of `Profile.compare`. None: none is shown.
 
         Returns
         -------
@@ -276,7 +296,8 @@ class Roundness(Described, ByValue, Result):
         Raises
         ------
         ValueError
-            For a limit of another name, not > 0, or above 0.5 mm; with an instrument as `budget`.
+            For a limit of another name, not > 0, or above 0.5 mm; for limits of harmonics both before and
+            after the filter; with an instrument as `budget`.
         ImportError
             With a path, without the extra ``report``.
 
@@ -291,7 +312,8 @@ class Roundness(Described, ByValue, Result):
         RONt (MZC) 2.008 µm as measured; 1.984 .. 2.012 µm at 95 %, limit 2.5 µm: accepted (by noise alone)
         """
         budget = None if instrument is None else self.budget(instrument, height=height)
-        return str(called("centering.roundness._sheet:report", self, path, limits, budget))
+        more = (limits, budget, harmonics, change)
+        return str(called("centering.roundness._sheet:report", self, path, *more))
 
     @property
     def value_sd(self) -> float | None:

@@ -11,6 +11,7 @@ from centering.roundness._asperities import asked_for, without_asperities
 from centering.roundness._correction import corrected
 from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._given_readings import GivenReadings
+from centering.roundness._known_noise import with_known_noise
 from centering.roundness._origin import Made
 from centering.roundness._robust_filter import LEAST
 from centering.roundness._roller import RollerError
@@ -80,9 +81,37 @@ class SteppedReadings(GivenReadings):
 
     @property
     def _samples(self) -> Samples:
-        return Samples(
-            self.angle, self.reading, self._tip, self.circle.value, self.roller_error, self._origin.noise_sd
-        )
+        known = self.roller_error, self._origin.noise_sd, self._origin.noise_given
+        return Samples(self.angle, self.reading, self._tip, self.circle.value, *known)
+
+    def with_noise_sd(self, noise_sd: float) -> Self:
+        """Return the profile with a known standard deviation of a reading, instead of that found in them.
+
+        Parameters
+        ----------
+        noise_sd : float
+            Standard deviation of one reading, mm, of repeated readings of one place.
+
+        Returns
+        -------
+        Profile
+            The same samples; `steps` tell both.
+
+        Raises
+        ------
+        ValueError
+            For a value not > 0, or above the height of the readings; for a profile that was filtered or
+            separated.
+
+        Examples
+        --------
+        >>> from centering.roundness import Profile
+        >>> angle, noise = np.linspace(0.0, 2 * np.pi, 720, endpoint=False), np.random.default_rng(0)
+        >>> rough = Profile(30.0 + 1e-3 * np.cos(3 * angle) + 2e-4 * noise.normal(size=720))  # of the surface
+        >>> [f"{each.noise_sd:.5f}" for each in (rough, rough.with_noise_sd(5e-5))]  # mm
+        ['0.00021', '0.00005']
+        """
+        return self._made(with_known_noise(self, noise_sd))
 
     def remove_roller_error(
         self,
