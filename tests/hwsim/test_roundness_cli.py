@@ -110,6 +110,25 @@ def test_without_an_interval_no_decision_can_be_signed(ring, capsys, given):
     assert given[1] in last
 
 
+def test_dust_is_noticed_unasked(ring, capsys, tmp_path):
+    dusty = tmp_path / "dusty.csv"
+    rows = ring.read_text().splitlines()
+    rows[300] = rows[300].partition(";")[0] + ";40.0"
+    dusty.write_text("\n".join(rows))
+    _, out, _ = told(capsys, dusty, *COLUMNS)
+    assert "note    1 reading looks like an asperity; --remove-asperities takes it out\n" in out
+    _, out, _ = told(capsys, dusty, *COLUMNS, "--remove-asperities")
+    assert "asperity;" not in out and "step    1 reading of 1 asperity more than 6 sd" in out
+
+
+def test_a_value_above_its_own_interval_is_explained(ring, capsys):
+    _, out, _ = told(capsys, ring, *COLUMNS, "--upr", "100")
+    circle = (
+        Profile.read(ring, angle=("phi", "deg"), deviation="dev", radius=30.0).filter(upr=100).roundness()
+    )
+    assert circle.ron_t > circle.interval().high and f"note    {circle.remarks[0]}\n" in out
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [

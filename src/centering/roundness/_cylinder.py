@@ -87,13 +87,13 @@ class Cylinder(Described, ByValue, Result):
 
     @cached_property
     def cyl_p(self) -> float:
-        """Height of the highest peak above the cylinder, CYLp, mm."""
-        return float(self.deviation.max())
+        """Height of the highest peak above the cylinder, CYLp, mm; of MCC 0."""
+        return 0.0 if self.kind == "MCC" else float(self.deviation.max())
 
     @cached_property
     def cyl_v(self) -> float:
-        """Depth of the deepest valley below the cylinder, CYLv, mm."""
-        return float(-self.deviation.min())
+        """Depth of the deepest valley below the cylinder, CYLv, mm; of MIC 0."""
+        return 0.0 if self.kind == "MIC" else float(-self.deviation.min())
 
     @cached_property
     def cyl_q(self) -> float:

@@ -13,9 +13,9 @@ from centering.roundness._circle_noise import NORMS, interval_of, is_even_noise
 from centering.roundness._form_change import FormChange
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._instrument import Instrument
-from centering.roundness._origin import MEASURED, Origin
+from centering.roundness._origin import MEASURED, Origin, suspect_sentence
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
-from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm
+from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm, remark_on
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
@@ -125,13 +125,13 @@ class Roundness(Described, ByValue, Result):
 
     @cached_property
     def ron_p(self) -> float:
-        """Height of the highest peak above the circle, RONp, mm."""
-        return float(self.deviation.max())
+        """Height of the highest peak above the circle, RONp, mm; of MCC, outside of which is nothing, 0."""
+        return 0.0 if self.kind == "MCC" else float(self.deviation.max())
 
     @cached_property
     def ron_v(self) -> float:
-        """Depth of the deepest valley below the circle, RONv, mm."""
-        return float(-self.deviation.min())
+        """Depth of the deepest valley below the circle, RONv, mm; of MIC, inside of which is nothing, 0."""
+        return 0.0 if self.kind == "MIC" else float(-self.deviation.min())
 
     @cached_property
     def ron_q(self) -> float:
@@ -200,12 +200,20 @@ class Roundness(Described, ByValue, Result):
             return ""
         if "robust" in self.filter:
             return "no interval of RONt is proved after a robust filter, which is not linear"
-        return "the noise of the readings is not known: measure several turns, or Profile.with_noise_sd"
+        return (
+            "no interval of RONt without the noise: measure several turns, or give it, Profile.with_noise_sd"
+        )
 
     @cached_property
     def _usual(self) -> RoundnessInterval | None:
         """The interval of 95 %; None where there is none."""
         return None if self.why_no_interval else self.interval()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences that a reader of RONt needs, as where it is above its own interval; mostly none."""
+        above = () if self._usual is None else remark_on(self.ron_t, self._usual)
+        return (*above, *suspect_sentence(self.origin))
 
     def conforms(self, limit: float) -> str:
         """Return the decision on a limit of RONt by the interval of 95 %, without the tester's errors.
@@ -386,6 +394,9 @@ class Roundness(Described, ByValue, Result):
                 "zorder": 4,
             }
             ax.plot(angle[point], scale.height(self.deviation[point]), symbol, **style)
+
+    def __str__(self) -> str:
+        return "\n".join([repr(self), *self.remarks])
 
     def __repr__(self) -> str:
         x, y = (np.round(self.center, 9) + 0.0).tolist()

@@ -71,7 +71,8 @@ def _blocks(circle: Roundness, sheet: _Sheet) -> Iterator[Block]:
     verdicts = [*_verdicts(circle, sheet.limits, ends, sheet.budget), *_waves(circle, sheet)]
     yield Sentences(verdicts or [_measured(circle, ends)], strong=True)
     yield _parameters(circle, ends)
-    yield Sentences([_interval_sentence(circle, ends, sheet.budget)])
+    remarks = (circle if sheet.budget is None else sheet.budget).remarks
+    yield Sentences([_interval_sentence(circle, ends, sheet.budget), *remarks])
     yield Picture(f"Profile about the {KINDS[circle.kind]} ({circle.kind})", circle.plot)
     yield from _change(sheet.change)
     yield Heading("How it was measured")
@@ -151,7 +152,7 @@ def _parameters(circle: Roundness, ends: RoundnessInterval | None) -> AmountTabl
 def _interval_sentence(circle: Roundness, ends: RoundnessInterval | None, budget: Budget | None) -> str:
     """How the interval was found."""
     if ends is None:
-        return f"no interval: {circle.why_no_interval}"
+        return circle.why_no_interval
     of_what = (
         "noise, form and tester"
         if budget is not None
@@ -161,22 +162,27 @@ def _interval_sentence(circle: Roundness, ends: RoundnessInterval | None, budget
 
 
 def _circle_table(circle: Roundness) -> AmountTable:
-    angle = np.degrees(circle.offset_angle)
-    contacts = ", ".join(f"{each:.1f}" for each in np.degrees(circle.contact_angles)) or "none"
+    contacts = ", ".join(sorted(map(_degrees, circle.contact_angles), key=float))
+    tip = f"{abs(circle.tip_radius):g}" if circle.tip_radius else "not given"
     radius = f"{circle.radius:.8g}" if circle.origin.radius_known else "not known"
     noise = f"{UM * np.sqrt(np.mean(circle.noise_sd**2)):.3g}" if circle.noise_sd.size else "not known"
     rows = [
         Amounts.of("circle", [f"{circle.kind}, {KINDS[circle.kind]}"]),
         Amounts.of("radius", [radius], heading="radius [mm]"),
         Amounts.of("offset", [f"{UM * circle.offset:.4g}"], heading="centre from the spindle's axis [µm]"),
-        Amounts.of("direction", [f"{angle:.1f}"], heading="direction of the centre [degrees]"),
-        Amounts.of("contacts", [contacts], heading="contacts [degrees]"),
+        Amounts.of("direction", [_degrees(circle.offset_angle)], heading="direction of the centre [degrees]"),
+        *([Amounts.of("contacts", [contacts], heading="contacts [degrees]")] if contacts else []),
         Amounts.of("filter", [circle.filter or "none: all undulations"]),
         Amounts.of("points", [len(circle.points)]),
-        Amounts.of("tip", [f"{abs(circle.tip_radius):g}"], heading="radius of the tip [mm]"),
+        Amounts.of("tip", [tip], heading="radius of the tip [mm]"),
         Amounts.of("noise", [noise], heading="standard deviation of a deviation by noise [µm]"),
     ]
     return AmountTable("Circle, filter and points", rows, ("what", "is"))
+
+
+def _degrees(angle: float) -> str:
+    """An angle (rad) within a turn, from 0 on, to a tenth of a degree."""
+    return f"{round(np.degrees(angle) % 360, 1) % 360:.1f}"
 
 
 def _corrections(circle: Roundness) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from centering.roundness import _profile_steps as steps_of
-from centering.roundness._asperities import asked_for, without_asperities
+from centering.roundness._asperities import asked_for, suspects, without_asperities
 from centering.roundness._correction import corrected
 from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._given_readings import GivenReadings
@@ -172,6 +172,8 @@ class SteppedReadings(GivenReadings):
         The form is that of the robust filter at 150 upr, or a twentieth of the points of a turn if that is
         less; the standard deviation follows from the median of the residuals. An asperity ends where they
         fall below twice that.
+        The edge of a slot or a keyway is none: the readings go on level on one side of it. Dust within some
+        undulations of that cut-off beside an edge is missed, or taken out with the readings up to the edge.
         Nothing is put in its place: harmonics are fitted to the other readings. `removed` keeps what was
         taken out, and the contact with a grinder still counts it.
 
@@ -307,4 +309,12 @@ class SteppedReadings(GivenReadings):
         if kind == "robust":
             return self._made(steps_of.filtered_robustly(self, asked))
         how = steps_of.filtered_evenly if is_even(self.part_angle) else steps_of.filtered
-        return self._made(how(self, asked))
+        made = self._made(how(self, asked))
+        made._note(suspects=self._suspects)
+        return made
+
+    @cached_property
+    def _suspects(self) -> int:
+        """Readings that look like asperities; 0 once they were taken out, or looked for."""
+        known = self._origin.suspects
+        return suspects(self) if known < 0 and not self._origin.sd else max(known, 0)

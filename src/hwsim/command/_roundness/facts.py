@@ -34,6 +34,7 @@ class Facts(NamedTuple):
         yield f"circle  {self.circle!r}"
         if self.budget is not None:
             yield f"budget  {self.budget!r}"
+        yield from (f"note    {in_terms(each)}" for each in (self.budget or self.circle).remarks)
         if self.change is not None:
             yield f"change  {self.change!r}"
         if self.limit is not None:

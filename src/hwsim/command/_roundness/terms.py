@@ -35,7 +35,7 @@ _PHRASES = (
     ("profile.remove_asperities() takes", "--remove-asperities takes"),
     (r": give them to Profile.from_deviation(..., radius=)", ": give --deviation and --radius"),
     (": give Profile.from_deviation its radius", ": give --radius"),
-    ("or Profile.with_noise_sd", "or give --noise-sd"),
+    ("or give it, Profile.with_noise_sd", "or give --noise-sd"),
     ("or give noise_sd (mm) to reference_circle", "or give --noise-sd"),
     ("or give noise_sd (mm) of the instrument", "or give --noise-sd"),
     (": units.um(...) for micrometres?", ": um for micrometres?"),
