@@ -112,7 +112,7 @@ def _told(height: Floats, runs: Runs, asked: Outstanding, scale: float) -> str:
     least = f"more than {asked.sigmas:g} sd ({UM * asked.sigmas * scale:.2g} µm) {off} the form"
     if not height.size:
         return f"no asperity {least}"
-    places = f"{runs.count} asperities" if runs.count > 1 else "1 asperity"
+    places = f"{runs.number} asperities" if runs.number > 1 else "1 asperity"
     wide = f"at most {np.degrees(runs.widths.max()):.2g} degrees wide"
     highest = UM * float(height[np.argmax(np.abs(height))])
     said = f"{counted(height.size, 'reading')} of {places} {least} taken out"

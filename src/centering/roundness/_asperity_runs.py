@@ -26,7 +26,7 @@ class Runs(NamedTuple):
     """Asperities: which points in order are theirs, their number, widths (rad)."""
 
     out: Bools
-    count: int
+    number: int
     widths: Floats
 
 
@@ -61,7 +61,7 @@ def _in_order(member: Bools) -> Floats:
     if points.size == member.size or not (member[0] and member[-1]):
         return points
     breaks = int(np.flatnonzero(np.diff(points) > 1)[0]) + 1
-    return np.concatenate([points[breaks:], points[:breaks]])
+    return np.asarray(np.concatenate([points[breaks:], points[:breaks]]))
 
 
 def _stands_out(points: Floats, side: Floats, height: Floats, level: Floats) -> bool:
