@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from centering.roundness._asperity_runs import FOOT, Outstanding, Runs, runs_of
+from centering.roundness._asperity_runs import FOOT, AsperityRuns, Outstanding, runs_of
 from centering.roundness._origin import Made, refuse_late
 from centering.roundness._part_frame import circle_of
 from centering.roundness._profile_protocol import Measured
@@ -66,7 +66,9 @@ def suspects(profile: Measured) -> int:
     return int(np.sum(out)) if np.mean(out) <= _MOST else 0
 
 
-def _found(profile: Measured, asked: Outstanding, sweeps: int | None = None) -> tuple[Floats, Runs, float]:
+def _found(
+    profile: Measured, asked: Outstanding, sweeps: int | None = None
+) -> tuple[Floats, AsperityRuns, float]:
     """Height of each reading above the form (mm), asperities, and the standard deviation of a height (mm)."""
     height, high = _height(profile, sweeps)
     scale = max(_MEDIAN * float(np.median(np.abs(height))), _SMOOTH * high)
@@ -106,7 +108,7 @@ def _refuse_form(out: Bools, asked: Outstanding) -> None:
         )
 
 
-def _told(height: Floats, runs: Runs, asked: Outstanding, scale: float) -> str:
+def _told(height: Floats, runs: AsperityRuns, asked: Outstanding, scale: float) -> str:
     """Sentence on the readings that were taken out."""
     off = "off" if asked.both else "above"
     least = f"more than {asked.sigmas:g} sd ({UM * asked.sigmas * scale:.2g} µm) {off} the form"

@@ -3,8 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from sdpgrind.base.checks import Bools, Floats
+
+Indices = npt.NDArray[np.int64]
 
 FOOT = 2.0  # chosen: sd; an asperity ends where the residual falls below it
 _SIDE = 5  # chosen: readings whose median is the level beside a run; a level to half an sd
@@ -22,7 +25,7 @@ class Outstanding(NamedTuple):
     width: float | None
 
 
-class Runs(NamedTuple):
+class AsperityRuns(NamedTuple):
     """Asperities: which points in order are theirs, their number, widths (rad)."""
 
     out: Bools
@@ -30,7 +33,7 @@ class Runs(NamedTuple):
     widths: Floats
 
 
-def runs_of(height: Floats, level: Floats, angle: Floats, asked: Outstanding) -> Runs:
+def runs_of(height: Floats, level: Floats, angle: Floats, asked: Outstanding) -> AsperityRuns:
     """Asperities on the closed turn: heights above the form and readings in sd, angles in order (rad)."""
     side = np.where(height >= FOOT, 1, np.where((height <= -FOOT) & asked.both, -1, 0))
     number = _numbered(side)
@@ -45,7 +48,7 @@ def runs_of(height: Floats, level: Floats, angle: Floats, asked: Outstanding) ->
     out = np.zeros(height.size, dtype=bool)
     for points in (each for each, narrow in zip(found, kept, strict=True) if narrow):
         out[points] = True
-    return Runs(out, int(kept.sum()), widths[kept])
+    return AsperityRuns(out, int(kept.sum()), widths[kept])
 
 
 def _numbered(side: Floats) -> Floats:
@@ -55,16 +58,16 @@ def _numbered(side: Floats) -> Floats:
     return np.where(number == 0, number[-1], number)
 
 
-def _in_order(member: Bools) -> Floats:
+def _in_order(member: Bools) -> Indices:
     """Indices of the points of a run along the turn, though it may go over its end."""
     points = np.flatnonzero(member)
     if points.size == member.size or not (member[0] and member[-1]):
         return points
     breaks = int(np.flatnonzero(np.diff(points) > 1)[0]) + 1
-    return np.asarray(np.concatenate([points[breaks:], points[:breaks]]))
+    return np.roll(points, -breaks)
 
 
-def _stands_out(points: Floats, side: Floats, height: Floats, level: Floats) -> bool:
+def _stands_out(points: Indices, side: Floats, height: Floats, level: Floats) -> bool:
     """Whether a run rises over both of its sides, not over one as the edge of a slot does."""
     sign = side[points[0]]
     top = float(np.max(sign * height[points]))
@@ -80,7 +83,7 @@ def _stands_out(points: Floats, side: Floats, height: Floats, level: Floats) -> 
     return float(np.max(sign * level[points])) - max(beside) >= _RISE * top
 
 
-def _width(points: Floats, angle: Floats) -> float:
+def _width(points: Indices, angle: Floats) -> float:
     """Angle from the first to the last point of a run, rad; of several turns as the readings lie."""
     turn = 2 * np.pi * np.ceil((angle[-1] - angle[0]) / (2 * np.pi) - 1e-9)
     place = angle[points]

@@ -211,7 +211,7 @@ class Roundness(Described, ByValue, Result):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences that a reader of RONt needs, as where it is above its own interval; mostly none."""
+        """Sentences that a reader of RONt needs (µm), as where it is above its own interval; mostly none."""
         above = () if self._usual is None else remark_on(self.ron_t, self._usual)
         return (*above, *suspect_sentence(self.origin))
 

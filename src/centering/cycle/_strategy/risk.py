@@ -18,6 +18,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, count, described, units_of
 from sdpgrind.base.records import Record
 from sdpgrind.base.rng import Seed, generator
+from sdpgrind.base.sheets.amounts import Amounts
+from sdpgrind.base.sheets.blocks import AmountTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,6 +99,13 @@ class RiskTable(Record, ByValue, Described):
         factor = {"units": units["factor"], "long_name": "true mean friction over that of the model"}
         return xr.Dataset(columns, {"factor": ("factor", self.factor, factor)}, {"runs": self.runs})
 
+    def table(self) -> AmountTable:
+        """Return the table of a page: times (s), pushes and shares (unit 1) by factor of friction."""
+        names = ("factor", *_COLUMNS)
+        known = units_of(type(self))
+        columns = [Amounts.of(name, getattr(self, name), known[name]) for name in names]
+        return AmountTable(f"Risk by the true friction over that told: {self.told}", columns)
+
     def to_dataframe(self) -> "pd.DataFrame":
         """Return times (s), pushes and shares (unit 1) as a table, a row for each factor."""
         return self.dataset.to_dataframe()
@@ -139,7 +148,8 @@ def robust(strategy: Doubted, friction_range: Any, runs: int, rng: Seed) -> Risk
         _row(strategy, float(factor), runs, each)
         for factor, each in zip(factors, generator(rng).spawn(5), strict=True)
     ]
-    return RiskTable(factors, *np.array(rows).T, runs=runs)
+    columns = dict(zip(_COLUMNS, np.array(rows).T, strict=True))
+    return RiskTable(factors, **columns, runs=runs)
 
 
 def _row(strategy: Doubted, factor: float, runs: int, random: np.random.Generator) -> tuple[float, ...]:
