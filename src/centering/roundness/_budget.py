@@ -127,7 +127,7 @@ class Budget(Described, ByValue, Result):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences that a reader of RONt needs (µm), as of `Roundness.remarks`, by this interval."""
+        """Sentences that a reader of RONt (mm) needs, as of `Roundness.remarks`, by this interval."""
         above = remark_on(self.roundness.ron_t, self.interval())
         return (*above, *suspect_sentence(self.roundness.origin))
 

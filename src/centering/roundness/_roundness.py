@@ -193,7 +193,7 @@ class Roundness(Described, ByValue, Result):
 
     @property
     def why_no_interval(self) -> str:
-        """Reason why RONt has no interval, and a limit no decision; empty where it has one."""
+        """Reason why RONt (mm) has no interval, and a limit no decision; empty where it has one."""
         if self.kind not in NORMS:
             return f"no interval of RONt is proved about {self.kind}, only about LSC and MZC"
         if self.noise_sd.size:
@@ -211,7 +211,7 @@ class Roundness(Described, ByValue, Result):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences that a reader of RONt needs (µm), as where it is above its own interval; mostly none."""
+        """Sentences that a reader of RONt (mm) needs, as where it is above its own interval; mostly none."""
         above = () if self._usual is None else remark_on(self.ron_t, self._usual)
         return (*above, *suspect_sentence(self.origin))
 
