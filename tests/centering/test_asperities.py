@@ -204,3 +204,9 @@ def test_nothing_is_noticed_in_noise():
     rngs = np.random.default_rng(7).spawn(100)
     turns = [Profile(30.0 + 1e-4 * rng.normal(size=360)) for rng in rngs]
     assert not any(profile.roundness().origin.suspects for profile in turns)
+
+
+def test_a_perfect_circle_has_none():
+    """Its heights are rounding."""
+    perfect = Profile(np.full(360, 30.0))
+    assert not perfect.roundness().origin.suspects and not len(perfect.remove_asperities().removed)

@@ -19,6 +19,7 @@ _FORM = 150  # chosen: upr of the form, the usual cut-off for waves
 _POINTS = 20  # measured: of 30 turns of noise half lose good readings with 7 points an undulation, here none
 _SIGMAS = 6.0  # chosen: sd, as the default of `Profile.remove_asperities`
 _MAYBE = 4.5  # chosen: sd beside a linear filter; one turn in 80 of 3600 readings of noise goes farther
+_ROUNDING = 16 * float(np.finfo(float).eps)  # derived: of a reading and its centring, some operations
 _SWEEPS = 150  # chosen: of the robust filter where nobody asked; forms with noise needed up to 130
 _MEDIAN = 1.4826  # derived: standard deviation over median absolute deviation of a normal distribution
 _MOST = 0.02  # chosen: share of the readings; more is form
@@ -71,7 +72,8 @@ def _found(
 ) -> tuple[Floats, AsperityRuns, float]:
     """Height of each reading above the form (mm), asperities, and the standard deviation of a height (mm)."""
     height, high = _height(profile, sweeps)
-    scale = max(_MEDIAN * float(np.median(np.abs(height))), _SMOOTH * high)
+    rounding = _ROUNDING * float(np.max(profile.reading))
+    scale = max(_MEDIAN * float(np.median(np.abs(height))), _SMOOTH * high, rounding)
     order = np.argsort(profile.part_angle, kind="stable")
     away = -profile.deviation if profile.internal else profile.deviation
     runs = runs_of(height[order] / scale, away[order] / scale, profile.part_angle[order], asked)
