@@ -1,5 +1,6 @@
 """Slow twins of the compiled loops of plunge cycles, from the formulas of the source."""
 
+import copy
 import math
 
 import numpy as np
@@ -301,7 +302,20 @@ class SafePosition:
         lefts = np.unique(np.append(np.linspace(0.0, now, steps), min(self.c.safety_margin, now)))
         found = [self.limit(left, self.rate(left, slowest)) for left in lefts]
         final = min(self.c.final_rate, self.rate(0.0, slowest))
-        return min(*found, self.limit(0.0, final)), final
+        return min(*found, self.limit(0.0, final) - self.kept(final)), final
+
+    def kept(self, v):
+        """Three standard deviations of E at size (mm), by differences, beyond the noise of the size."""
+        steps = np.diag([1e-5, 1e-5, 1e-4, 1e-4, 1e-4])
+        slope = np.empty(5)
+        for k, step in enumerate(steps):
+            moved = []
+            for sign in (1, -1):
+                other = copy.copy(self)
+                other.mean = self.mean + np.append(sign * step, (0.0, 0.0))
+                moved.append(other.limit(0.0, v))
+            slope[k] = (moved[0] - moved[1]) / (2 * step[k])
+        return max(3 * math.sqrt(slope @ self.covariance[:5, :5] @ slope) - self.doubts.size_sd, 0.0)
 
 
 class Printed:
