@@ -14,9 +14,9 @@ from sdpgrind.plunge._model.kernels import DeflectionLaw, _rate_near, _worn, bey
 RATES = 56  # chosen: rates between which E is linear: 0.05 um
 SLOWEST = 0.25  # chosen: least of them over the final rate, where that is safe at size
 RESERVE = 1.5  # chosen: standard deviations of the end position that are kept; see WAITED
-# Standard deviations of the end position that are kept beyond what the wait at size makes up for, where wear is
-# known. chosen: one part of 700 goes further. measured: 1000 parts of a job with a time constant of 0.39 s and
-# everything doubted: 6 out of round by up to 2.5 um without it, 2 by up to 0.13 um with it, for 0.03 % of time
+# Standard deviations of the end position that are kept beyond what the wait at size makes up for, where wear
+# is known. chosen: one part of 700 goes further. measured, 1000 parts of a job with a time constant of 0.39 s,
+# everything doubted: 6 out of round by up to 2.5 um without, 2 by up to 0.13 um with it, for 0.03 % of time
 SURE = 3.0
 SLOWER = 0.01  # chosen: else least of them over that, where no rate is the coolest
 
@@ -92,17 +92,17 @@ def keeps_reserve(law):
 
 @compiled
 def end_position(s, law, v):
-    """Commanded position (mm) that ends at size at a rate (mm/s), less what is kept of its standard deviation.
+    """Commanded position (mm) that ends at size at a rate (mm/s), less what is kept of its doubt.
 
-    The axis never goes back, so a part that was fed too far comes to size too fast. It may wait there: ground a
-    length beyond size, the deflection is as much less, which makes up for that length of feed. What may be
-    wrong beyond that is kept. A wheel that touches earlier than believed, so that it is pressed as much as at the
-    full rate at once, hides the stiffness until spark-out: the end is then known to 1.6 um, a quarter of a time
-    constant later to 0.6 um, after another to 0.2 um, when the axis has followed. In the preset, where it is
-    known to 0.06 um, nothing is kept.
+    The axis never goes back, so a part that was fed too far comes to size too fast. It may wait there: ground
+    a length beyond size, the deflection is as much less, which makes up for that length of feed. What may be
+    wrong beyond that is kept. A wheel that touches earlier than believed, so that it is pressed as at the full
+    rate at once, hides the stiffness until spark-out: the end is then known to 1.6 um, after 0.4 of a time
+    constant to 0.6 um, after one to 0.2 um, when the axis has followed. In the preset, where it is known to
+    0.06 um, nothing is kept.
 
-    Where the wear of the wheel is doubted, it stays doubted at size, and a share is kept all along, so that few
-    parts wait. Nothing is kept where nothing is learned: the doubt then lasts.
+    Where the wear of the wheel is doubted, it stays doubted at size, and a share is kept all along, so that
+    few parts wait. Nothing is kept where nothing is learned: the doubt then lasts.
     """
     position = _position(s, law, 0.0, v)
     if not law.online:
