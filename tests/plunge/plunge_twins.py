@@ -282,12 +282,15 @@ class SafePosition:
     def rate(self, left, slowest):
         """Greatest rate whose depth is within a stock (mm) less the margin; else the slowest."""
         allowed = 0.0 if self.c.no_burn else max(left - self.c.safety_margin, 0.0)
-        rates = np.geomspace(slowest, self.problem.command_rate_max, 1000)  # linear between them: 1e-7 mm
-        off = self.depth(rates, self.wheel(left)) - allowed
-        fits = np.flatnonzero(off <= 0.0)
-        if not fits.size or fits[-1] == rates.size - 1:
-            return rates[-1] if fits.size else slowest
-        k = fits[-1]
+        low, high = slowest, self.problem.command_rate_max
+        for count in (1000, 20):  # linear between the last: 1e-9 mm, and near the slowest rate, too
+            rates = np.geomspace(low, high, count)
+            off = self.depth(rates, self.wheel(left)) - allowed
+            fits = np.flatnonzero(off <= 0.0)
+            if not fits.size or fits[-1] == rates.size - 1:
+                return rates[-1] if fits.size else low
+            k = fits[-1]
+            low, high = rates[k], rates[k + 1]
         return rates[k] + (rates[k + 1] - rates[k]) * off[k] / (off[k] - off[k + 1])
 
     def limit(self, left, v):

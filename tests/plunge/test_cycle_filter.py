@@ -214,9 +214,7 @@ def test_the_safe_position_against_a_scan(changed, margin, no_burn, seed):
         assume(False)
     assume(both is not None)
     (found, final), (expected, slow) = both
-    assert (
-        found < expected + 2e-6
-    )  # measured: up to 1.03e-6, as E is taken at 56 rates; the plant counts as much as none
+    assert found < expected + 1e-6  # measured: 1.0e-7 at most, of 660 of all kinds: E is taken at 56 rates
     if no_burn and problem.model.wear is not None:
         return
     worn = (
@@ -225,7 +223,7 @@ def test_the_safe_position_against_a_scan(changed, margin, no_burn, seed):
         else margin * problem.model.wear.growth / problem.model.wear_flat_area
     )
     assert found > expected - 2e-4 - 0.2 * worn  # mm of damage and deflection over the relative area
-    assert slow * (1 - 2e-3) < final < slow * (1 + 1e-4)  # measured: 1.0004e-3 below
+    assert slow * (1 - 1e-3) < final < slow * (1 + 1e-4)  # measured: 7.5e-5 below
 
 
 def test_each_share_of_the_rule_moves_it_by_more_than_the_tolerance():
