@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from push_inside import Size, felt_model
+from scipy.stats import binomtest
 from strategy_twins import QUICK, quick_strategy
 
 import hwsim
+import sdpgrind
 from centering import CenteringController, Strategy, preset
 from centering.cycle import RiskTable
 from centering.cycle._strategy.limit_curve import needed
@@ -47,6 +49,17 @@ def test_a_range_that_was_not_told_throws_parts(strategy):
     assert risk.thrown[0] > 0.5 > risk.thrown[1]
     assert np.all(np.diff(risk.thrown) <= 0.0)
     assert risk.thrown[-1] == 0.0 and np.all(np.diff(risk.factor) > 0.0)
+
+
+def test_none_of_some_is_no_share_of_0(risk, tmp_path):
+    """The upper end of the 95 % interval of a share that was never seen: the chance of that is 2.5 % there."""
+    still = risk.replace(thrown=np.zeros(5), unfinished=np.array([0.0, 0.0, 0.0, 0.0, 0.015]))
+    assert risk.runs == 200 and "; none of 200 (1.8 % at most, 95 %) thrown; at most 1.5 % not" in still.told
+    assert binomtest(0, 200).proportion_ci(0.95).high == pytest.approx(1 - 0.025 ** (1 / 200), rel=1e-9)
+    assert "none of 60 (6 % at most, 95 %) thrown" in still.replace(runs=60).told
+    assert "at most 0 % thrown" in still.replace(runs=0).told and repr(still) == f"RiskTable({still.told})"
+    still.save(tmp_path / "risk.nc")
+    assert sdpgrind.load(tmp_path / "risk.nc").runs == 200
 
 
 def test_it_is_repeatable_and_says_the_worst(strategy):

@@ -43,7 +43,11 @@ def test_every_sheet_says_circle_filter_corrections_and_method(kind, ring):
     told = ring.correct(SPINDLE).filter(upr=50).roundness(kind).report()
     assert f"{kind}, " in told and "Gaussian low-pass, 50 upr" in told and "points" in told
     assert "step: error of the spindle taken off" in told and "spindle's error separated, lost 36 upr" in told
-    method = "Method calibrated: noise drawn" if kind in ("LSC", "MZC") else "no method is known about the m"
+    method = (
+        "Method calibrated: noise drawn"
+        if kind in ("LSC", "MZC")
+        else f"no interval of RONt is proved about {kind}, only"
+    )
     assert method in told and "ring.csv: " in told and "sha256 " in told and "library" in told
     raw = ring.roundness(kind).report()
     assert "none: all undulations" in raw and "corrections: spindle's error not separated" in raw
@@ -85,7 +89,8 @@ def test_the_worst_case_of_a_spindle_stands_beside(ring):
 
 def test_without_noise_there_is_no_interval_and_it_says_so(ring):
     told = ring.filter("robust", upr=50).roundness().report(limits={"RONt": units.um(2.5)})
-    assert "limit 2.5 µm: kept, no interval" in told and "the noise of the deviations is not known" in told
+    assert "limit 2.5 µm: kept, no interval: no decision can be signed" in told
+    assert "no interval of RONt is proved after a robust filter, which is not linear" in told
 
 
 def test_refusals(ring):
@@ -96,3 +101,49 @@ def test_refusals(ring):
         circle.report(limits={"RONt": 2.5})
     with pytest.raises(ValueError, match="kind must be LSC or MZC for a budget"):
         circle.report(instrument=TESTER)
+
+
+def test_a_value_above_its_own_interval_is_explained(tmp_path):
+    """Noise of 0.3 um lifts RONt of 2 um by some 0.3 um; the same words in print, on the sheet, in a budget."""
+    noise = 3e-4 * np.random.default_rng(0).normal(size=1024)
+    noisy = Profile(30.0 + 1e-3 * np.cos(3 * turn(1, 1024)) + noise).filter(upr=50).roundness()
+    assert noisy.ron_t > noisy.interval().high > 2e-3
+    (told,) = noisy.remarks
+    assert told.startswith(
+        f"the measured RONt of {1e3 * noisy.ron_t:.4g} µm is above its interval: noise lifts"
+    )
+    assert str(noisy) == f"{noisy!r}\n{told}" and told in noisy.report()
+    budget = noisy.budget(Instrument(gain_sd=1e-6))
+    assert budget.remarks == (told,) and str(budget).endswith(told) and told in budget.report()
+    assert not noisy.budget(Instrument(gain_sd=0.2)).remarks  # the tester's errors widen it beyond the value
+    calm = Profile(30.0 + 1e-3 * np.cos(3 * turn(1, 1024)) + noise / 100).filter(upr=50).roundness("MIC")
+    assert not calm.remarks and str(calm) == repr(calm)
+
+
+@pytest.mark.parametrize("rng", range(3))
+@pytest.mark.parametrize("kind", ["LSC", "MZC"])
+def test_a_measured_value_is_never_below_its_interval(kind, rng):
+    """RONt is convex: of noise and its negative one at least raises it."""
+    noise = 5e-4 * np.random.default_rng(rng).normal(size=512)
+    found = Profile(30.0 + 2e-4 * np.cos(3 * turn(1, 512)) + noise).filter(upr=50).roundness(kind)
+    assert min(found.interval().low, found.interval(method="guaranteed").low) <= found.ron_t
+    assert found.interval().low < found.ron_t
+
+
+@pytest.mark.parametrize("kind", ["LSC", "MZC", "MCC", "MIC"])
+def test_rows_of_the_sheet(kind, ring):
+    """Crests of cos 3 t lie at 0, 120 and 240 degrees: none of the angles is below 0."""
+    circle = ring.filter(upr=50).roundness(kind)
+    told = circle.report().splitlines()
+    angles = [line.split("]")[1] for line in told if line.startswith(("contacts [deg", "direction of"))]
+    numbers = [float(each) for line in angles for each in line.split(",")]
+    assert len(angles) == (1 if kind == "LSC" else 2) and min(numbers) >= 0 and max(numbers) < 360
+    assert len(numbers) == 1 + circle.contacts.size and numbers[1:] == sorted(numbers[1:])
+    np.testing.assert_allclose(
+        np.sort(np.cos(np.radians(numbers[1:]))), np.sort(np.cos(circle.contact_angles)), atol=2e-3
+    )
+    assert next(line for line in told if line.startswith("radius of the tip")).endswith("not given")
+    nothing = {"MCC": circle.ron_p, "MIC": circle.ron_v}.get(kind, 0.0)
+    assert nothing == 0 and circle.ron_t == pytest.approx(np.ptp(circle.deviation), abs=1e-13)
+    tipped = Profile(ring.angle, ring.reading, tip_radius=1.5).roundness(kind).report()
+    assert next(line for line in tipped.splitlines() if line.startswith("radius of the tip")).endswith(" 1.5")

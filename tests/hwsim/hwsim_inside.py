@@ -14,6 +14,7 @@ from hwsim._part.part import column
 from hwsim._processor.schedule import Kind
 from hwsim._processor.tasks import DRAWN, release_time
 from hwsim.command._report import CommandReport, broken_off, parts_table, summary_head, summary_line
+from hwsim.command._roundness.terms import in_terms
 from hwsim.command._run_folder import with_kept
 from hwsim.command._toml import Table, read
 
@@ -36,6 +37,7 @@ __all__ = [
     "exact",
     "fingerprint",
     "former",
+    "in_terms",
     "packed",
     "parts_table",
     "read",

@@ -106,7 +106,7 @@ def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, cap
     assert float(row[3]) == pytest.approx(float(outcome.time.mean()), abs=6e-4)
     row = next(line for line in lines if line.startswith("pushes")).split()
     assert float(row[2]) == pytest.approx(float(outcome.pushes.mean()), abs=6e-4)
-    heads, first = lines[3], lines[4].split()
+    heads, first = lines[4], lines[5].split()
     assert "offset µm" in heads and float(first[3]) == pytest.approx(
         1000 * float(outcome.offset[0]), abs=6e-3
     )
@@ -138,7 +138,7 @@ def test_a_preset_says_that_slow_pushes_are_too_coarse_for_it(monkeypatch, capsy
     monkeypatch.setattr(centering, "plan", quick)
     lines = said(capsys, "--preset", "printed", "--parts", 1).splitlines()
     assert lines[0] == "printed: a ring of 18.9 kg, radius 89.5 mm, from up to 10 mm to 2.5 µm"
-    assert lines[2] == f"note: {centering.preset('printed').quantum_note}"
+    assert lines[3] == f"note: {centering.preset('printed').quantum_note}"
 
 
 def test_the_sources_controller_on_the_same_parts(job, strategy, given, tmp_path, capsys):
@@ -238,3 +238,14 @@ def test_what_cannot_be_asked_for(given, tmp_path, capsys):
     other = tmp_path / "other.toml"
     other.write_text(SMALL + "scheduler = false\n[limits]\nsafety = 0.4\n")
     assert "is for another problem: limits differs" in refused(capsys, other, *given[1:])
+
+
+def test_the_risk_of_the_range_is_told(given, strategy, capsys):
+    risk = strategy.robust()
+    assert f"\nrisk: {risk.told}\n" in said(capsys, *given, "--parts", "1", "--no-pictures")
+    assert (
+        risk.told.startswith("friction x 0.8 to 1.25; slowest at x ")
+        and "none of 200 (1.8 % at most" in risk.told
+    )
+    assert f"Risk by the true friction over that told: {strategy._risk.told}" in strategy.report()
+    assert read(EXAMPLE).problem.friction_range == (0.8, 1.25)

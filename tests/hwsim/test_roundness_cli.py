@@ -1,10 +1,14 @@
 """``hwsim roundness``: a file to a decision and a sheet; its exit status, and what it refuses."""
 
+import html
+
 import numpy as np
 import pytest
+from hwsim_inside import in_terms
 
 from centering.roundness import Profile
 from hwsim.cli import main
+from sdpgrind import units
 
 ANGLE = np.arange(0.0, 360.0, 0.5)
 
@@ -50,14 +54,142 @@ def test_it_finds_what_python_finds_and_writes_the_sheet(ring, capsys, tmp_path)
     assert code == 0 and f"{profile.roundness('MIC')!r}" in out and "none: all undulations" in out
 
 
+def test_before_and_harmonics_are_those_of_python(ring, capsys, tmp_path):
+    """3 upr of 1 um on a noise of 0.1 um: known to +- 1.96 x 0.1 sqrt(2/720) = 0.0103 um."""
+    form = 3 * np.cos(np.radians(3 * ANGLE)) + np.cos(np.radians(2 * ANGLE + 40))
+    form += 0.1 * np.random.default_rng(1).normal(size=ANGLE.size)
+    earlier, page = tmp_path / "before.csv", tmp_path / "ring.html"
+    rows = [f"{angle:.1f};{each:.4f}" for angle, each in zip(ANGLE, form, strict=True)]
+    earlier.write_text("\n".join(["phi;dev (um)", *rows]))
+    limits = ("--harmonic-limit", "2-15=1.5um", "--harmonic-limit", "42=0.05 um")
+    given = (*COLUMNS, "--before", earlier, "--rotation", "0deg", *limits, "--report", page)
+    code, out, err = told(capsys, ring, *given)
+    now, then = (
+        Profile.read(file, angle=("phi", "deg"), deviation="dev", radius=30.0) for file in (ring, earlier)
+    )
+    change = now.compare(then, rotation=0.0)
+    held = now.harmonics(42, limits={(2, 15): units.um(1.5), 42: units.um(0.05)})
+    assert code == 0 and not err and f"change  {change!r}\n" in out
+    assert [line for line in out.splitlines() if "upr:" in line] == [
+        f"limit   {each}" for each in held.decisions
+    ]
+    assert held.decisions[0].half == pytest.approx(units.um(0.0103), rel=0.1)
+    sheet = page.read_text("utf-8")
+    assert change._told() in html.unescape(sheet) and "Before and after" in sheet
+    assert f"{held.decisions[1]} (before the filter)" in sheet and main(["verify", str(page)]) == 0
+    code, out, _ = told(capsys, ring, *COLUMNS, "--harmonic-limit", "3=0.9um", "--limit", "4um")
+    assert code == 1 and "4 µm: accepted" in out and out.endswith("limit 0.9 µm: exceeded\n")
+    code, out, _ = told(capsys, ring, *COLUMNS, "--harmonic-limit", "3=1um")
+    assert code == 1 and out.endswith("limit 1 µm: not decided\n")
+
+
+def test_noise_and_centred_deviations(ring, capsys):
+    given = ("--angle", "phi:deg", "--deviation", "dev", "--centred", "--noise-sd", "0.05um")
+    code, out, _ = told(capsys, ring, *given)
+    profile = Profile.read(ring, angle=("phi", "deg"), deviation="dev", centred=True)
+    circle = profile.with_noise_sd(5e-5).filter(upr=50).roundness()
+    assert code == 0 and f"{circle!r}" in out and "radius not known" in out
+    assert "step    standard deviation of a reading given as 0.05 µm; the readings show 0.1" in out
+    found = profile.filter(upr=50).roundness()
+    ratio = (
+        5e-5 / profile.noise_sd
+    )  # two estimators of 0.1 um, by the median and by residuals, differ by some percent
+    np.testing.assert_allclose(circle.noise_sd, ratio * found.noise_sd, rtol=0.1)
+    code, out, err = told(capsys, ring, *given, "--tip-radius", "1mm")
+    assert code == 2 and "--tip-radius must be 0 where the radius is not known (mm); got 1.0" in err
+
+
+@pytest.mark.parametrize("given", [("--circle", "MCC"), ("--circle", "MIC"), ("--filter", "robust")])
+def test_without_an_interval_no_decision_can_be_signed(ring, capsys, given):
+    code, out, err = told(capsys, ring, *COLUMNS, "--limit", "3um", *given)
+    assert code == 1 and not err and "RONt 2." in out
+    last = out.splitlines()[-1]
+    assert last.startswith(
+        "limit   3 µm: not decided, no decision can be signed: no interval of RONt is proved"
+    )
+    assert given[1] in last
+
+
+def test_dust_is_noticed_unasked(ring, capsys, tmp_path):
+    dusty = tmp_path / "dusty.csv"
+    rows = ring.read_text().splitlines()
+    rows[300] = rows[300].partition(";")[0] + ";40.0"
+    dusty.write_text("\n".join(rows))
+    _, out, _ = told(capsys, dusty, *COLUMNS)
+    assert "note    1 reading looks like an asperity; --remove-asperities takes it out\n" in out
+    _, out, _ = told(capsys, dusty, *COLUMNS, "--remove-asperities")
+    assert "asperity;" not in out and "step    1 reading of 1 asperity more than 6 sd" in out
+
+
+def test_a_value_above_its_own_interval_is_explained(ring, capsys):
+    _, out, _ = told(capsys, ring, *COLUMNS, "--upr", "100")
+    circle = (
+        Profile.read(ring, angle=("phi", "deg"), deviation="dev", radius=30.0).filter(upr=100).roundness()
+    )
+    assert circle.ron_t > circle.interval().high and f"note    {circle.remarks[0]}\n" in out
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--deviation", "dev"), "--radius must be the nominal radius of deviations (mm); it is not given"),
+        (
+            ("--deviation", "foo", "--radius", "30"),
+            "ring.csv: --deviation must be one of its columns; got 'foo'",
+        ),
+        (("--reading", "dev"), "--reading dev:cm or --reading dev:m or --reading dev:in\n"),
+        (("--reading", "dev", "--radius", "3"), "--radius must be left out where readings are radii (mm)"),
+        ((), "--angle must be named, and either --reading or --deviation, as --angle angle:deg, --deviation"),
+    ],
+)
+def test_messages_name_options(ring, capsys, given, said):
+    code, out, err = told(capsys, ring, "--angle", "phi:deg", *given)
+    assert code == 2 and said in err and not out
+
+
+@pytest.mark.parametrize(
+    ("message", "said"),
+    [
+        (
+            "reading must have at least 64 samples; got 60",
+            "the readings must have at least 64 samples; got 60",
+        ),
+        (
+            "a.csv: angle must be in rad: angle=('phi', 'deg')",
+            "a.csv: --angle must be in rad: --angle ('phi', 'deg')",
+        ),
+        ('several: section=("nr", 3) reads one', "several: --section nr=3 reads one"),
+        ("radius must be known, or centred=True", "--radius must be known, or --centred"),
+        ("the radius of the circle, angle and height", "the radius of the circle, angle and height"),
+    ],
+)
+def test_terms(message, said):
+    assert in_terms(message) == said
+
+
 @pytest.mark.parametrize(
     ("given", "refused"),
     [
         (("--limit", "2.5"), "--limit must have its unit, as 2.5um or 0.0025mm; got '2.5'"),
         (("--limit", "2.5 kg"), "--limit must have a unit like mm; got '2.5 kg'"),
-        (("--limit", "3um", "--circle", "MIC"), "kind must be LSC or MZC for an interval"),
-        (("--upr", "many"), "upr must be one of 1-15"),
-        (("--upr", "400"), "upr must be < 360, half of the points of one turn (upr); got 400"),
+        (("--noise-sd", "0.05"), "--noise-sd must have its unit, as 0.05um; got '0.05'"),
+        (("--noise-sd", "9um"), "--noise-sd must be at most the height of the readings, 0.00"),
+        (
+            ("--harmonic-limit", "2-15=0.5"),
+            "--harmonic-limit must be a harmonic or a band, upr, and an ampli",
+        ),
+        (("--harmonic-limit", "1=0.5um"), "--harmonic-limit must be of a harmonic from 2 upr on"),
+        (("--harmonic-limit", "15-2=0.5um"), "--harmonic-limit must be of a harmonic from 2 upr on"),
+        (
+            ("--harmonic-limit", "400=0.5um"),
+            "--harmonic-limit must be <= 360, half of the points of one turn",
+        ),
+        (("--rotation", "0"), "--rotation must have its unit, as 0deg or 0.1rad; got '0'"),
+        (("--rotation", "0deg"), "--rotation must be given with --before; got '0deg'"),
+        (("--before", "none.csv"), "the file must exist; got"),
+        (("--upr", "many"), "--upr must be one of 1-15"),
+        (("--upr", "2-15", "--circle", "MZC"), "--circle must be 'LSC' after Gaussian band"),
+        (("--upr", "400"), "--upr must be < 360, half of the points of one turn (upr); got 400"),
         (("--radius", "0.03m", "--tip-radius", "abc"), "--tip-radius must be"),
         (("--instrument", "none.toml"), "none.toml: No such file"),
     ],

@@ -1,5 +1,6 @@
 """Slow twins of the compiled loops of plunge cycles, from the formulas of the source."""
 
+import copy
 import math
 
 import numpy as np
@@ -281,12 +282,15 @@ class SafePosition:
     def rate(self, left, slowest):
         """Greatest rate whose depth is within a stock (mm) less the margin; else the slowest."""
         allowed = 0.0 if self.c.no_burn else max(left - self.c.safety_margin, 0.0)
-        rates = np.geomspace(slowest, self.problem.command_rate_max, 1000)  # linear between them: 1e-7 mm
-        off = self.depth(rates, self.wheel(left)) - allowed
-        fits = np.flatnonzero(off <= 0.0)
-        if not fits.size or fits[-1] == rates.size - 1:
-            return rates[-1] if fits.size else slowest
-        k = fits[-1]
+        low, high = slowest, self.problem.command_rate_max
+        for count in (1000, 20):  # linear between the last: 1e-9 mm, and near the slowest rate, too
+            rates = np.geomspace(low, high, count)
+            off = self.depth(rates, self.wheel(left)) - allowed
+            fits = np.flatnonzero(off <= 0.0)
+            if not fits.size or fits[-1] == rates.size - 1:
+                return rates[-1] if fits.size else low
+            k = fits[-1]
+            low, high = rates[k], rates[k + 1]
         return rates[k] + (rates[k + 1] - rates[k]) * off[k] / (off[k] - off[k + 1])
 
     def limit(self, left, v):
@@ -301,7 +305,20 @@ class SafePosition:
         lefts = np.unique(np.append(np.linspace(0.0, now, steps), min(self.c.safety_margin, now)))
         found = [self.limit(left, self.rate(left, slowest)) for left in lefts]
         final = min(self.c.final_rate, self.rate(0.0, slowest))
-        return min(*found, self.limit(0.0, final)), final
+        return min(*found, self.limit(0.0, final) - self.kept(final)), final
+
+    def kept(self, v):
+        """Three standard deviations of E at size (mm), by differences, beyond the noise of the size."""
+        steps = np.diag([1e-5, 1e-5, 1e-4, 1e-4, 1e-4])
+        slope = np.empty(5)
+        for k, step in enumerate(steps):
+            moved = []
+            for sign in (1, -1):
+                other = copy.copy(self)
+                other.mean = self.mean + np.append(sign * step, (0.0, 0.0))
+                moved.append(other.limit(0.0, v))
+            slope[k] = (moved[0] - moved[1]) / (2 * step[k])
+        return max(3 * math.sqrt(slope @ self.covariance[:5, :5] @ slope) - self.doubts.size_sd, 0.0)
 
 
 class Printed:

@@ -104,6 +104,17 @@ def test_prices_by_name():
     assert blind.time > best.time and all(seconds > 0.0 for seconds in blind.price.values())
 
 
+def test_the_page_tells_the_price():
+    """0.851 s of 12.0195; a series grinds no faster than that before it is inspected."""
+    page = str(plunge.plan(KNOWN.replace(burning_sd=0.045), confidence=0.999))
+    told = "The doubts cost 0.851 s, 7.1 % of the cycle without them; most of it burning_sd, 0.851 s alone"
+    assert f"{told}: inspecting parts for burn narrows it." in page
+    mixed = KNOWN.replace(burning_sd=0.01, diffusivity_sd=0.05, sharpness_sd=0.1)
+    assert "most of it sharpness_sd, " in str(plunge.plan(mixed, confidence=0.999))
+    for certain in (plunge.plan(KNOWN), plunge.plan(KNOWN, confidence=0.999)):
+        assert "The doubts cost" not in str(certain)
+
+
 def test_a_confident_plan_is_saved(tmp_path):
     best = plunge.plan(KNOWN.replace(burning_sd=0.02), confidence=0.99)
     best.save(tmp_path / "plan.nc")

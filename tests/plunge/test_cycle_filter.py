@@ -143,20 +143,42 @@ def compared(problem, seed, **options):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("ratio", [math.inf, 20.0])
 def test_the_reserve_at_size_is_in_standard_deviations(seed, ratio):
-    """Some of the position that ends there, by differences over all states; none where the wear is known."""
+    """Of the position that ends there, by differences over all states; where the wear is known, three beyond
+    the noise of the size."""
     problem = PROBLEM.replace(grinding_ratio=ratio, wear=plunge.Wear(0.02))
-    known, doubted = (plunge.CycleController(problem.replace(wheel_wear_sd=sd)) for sd in (0.0, 0.05))
+    exact, blunt = (problem.replace(size_sd=sd) for sd in (0.0, 0.01))
+    kinds = {"doubted": exact.replace(wheel_wear_sd=0.05), "known": exact, "none": blunt}
     mean, covariance = drawn(np.random.default_rng(seed), problem, SDS)
     end = opened(rule.end_position)
 
-    def position(controller, moved):
-        record, law = law_and_filter(controller, mean + moved, covariance)
+    def position(kind, moved=0.0, scale=1.0):
+        controller = plunge.CycleController(kinds[kind])
+        record, law = law_and_filter(controller, mean + moved, scale * covariance)
         return end(record, law, 0.004)
 
     steps = np.diag([1e-4, 1e-5, 1e-4, 1e-4, 1e-4, 0.0, 0.0])
-    slope = [(position(known, step) - position(known, -step)) / (2 * step.max() or 1.0) for step in steps]
-    reserve = position(known, 0.0) - position(doubted, 0.0)
-    assert reserve == pytest.approx(rule.RESERVE * math.sqrt(slope @ covariance @ slope), rel=1e-5)
+    slope = [(position("none", step) - position("none", -step)) / (2 * step.max() or 1.0) for step in steps]
+    sd = math.sqrt(slope @ covariance @ slope)
+    free = position("none")
+    assert position("none", scale=0.0) == free
+    assert free - position("doubted") == pytest.approx(rule.RESERVE * sd, rel=1e-5)
+    assert free - position("known") == pytest.approx(rule.SURE * sd, rel=1e-5)
+
+
+def test_a_wheel_that_touches_too_early_is_not_fed_too_far():
+    """Pressed at once as at the full rate, it shows no stiffness until spark-out, when it is fed to the end.
+
+    Without a reserve these 60 parts are up to 1.9 um beyond the limit, 5 of them by more than 0.1 um; with it
+    1000 of a like job are by 0.13 um.
+    """
+    problem = PROBLEM.replace(
+        command_rate_max=0.08, burning=physics.BurningLimit(6.205, 6.3), stock=0.21, stiffness=2.68e4,
+        wear_flat_area=0.0094, roundness_max=3.34e-3, work_rotation=21.7, time_constant=None,
+    )  # fmt: skip
+    grinder = hwsim.PlungeGrinder(problem, truth=problem.draw, contact_zero_sd=0.02)
+    outcome = hwsim.run(grinder, plunge.CycleController(problem), parts=60, rng=1).outcome
+    assert np.sum(outcome.true_contact_zero > 0.025) > 3
+    assert np.max(outcome.roundness) < problem.roundness_max + 1.3e-4
 
 
 problems = st.builds(
@@ -192,9 +214,7 @@ def test_the_safe_position_against_a_scan(changed, margin, no_burn, seed):
         assume(False)
     assume(both is not None)
     (found, final), (expected, slow) = both
-    assert (
-        found < expected + 2e-6
-    )  # measured: up to 1.03e-6, as E is taken at 56 rates; the plant counts as much as none
+    assert found < expected + 1e-6  # measured: 1.0e-7 at most, of 660 of all kinds: E is taken at 56 rates
     if no_burn and problem.model.wear is not None:
         return
     worn = (
@@ -203,7 +223,7 @@ def test_the_safe_position_against_a_scan(changed, margin, no_burn, seed):
         else margin * problem.model.wear.growth / problem.model.wear_flat_area
     )
     assert found > expected - 2e-4 - 0.2 * worn  # mm of damage and deflection over the relative area
-    assert slow * (1 - 2e-3) < final < slow * (1 + 1e-4)  # measured: 1.0004e-3 below
+    assert slow * (1 - 1e-3) < final < slow * (1 + 1e-4)  # measured: 7.5e-5 below
 
 
 def test_each_share_of_the_rule_moves_it_by_more_than_the_tolerance():

@@ -88,6 +88,28 @@ def test_good_parts_teach_little_and_a_test_much():
     assert found.controller.confidence == 0.5
 
 
+@pytest.mark.parametrize("confidence", [0.5, 0.55, 0.65, 0.999])
+def test_the_doubt_at_an_even_chance(confidence):
+    """A normal prediction has the same sd at each confidence; at 0.5 a margin of none does not tell it."""
+    threshold = plunge.BurnThreshold(PROBLEM, confidence=confidence)
+    assert threshold.estimate["burning_sd"] == pytest.approx(np.hypot(0.045, 0.005), rel=1e-4)
+    threshold.update(reserve=0.14, severity=0.88, severity_sd=0.03)
+    assert threshold.estimate["burning_sd"] == pytest.approx(np.hypot(threshold.sd, 0.005), rel=1e-4)
+
+
+def test_a_series_at_an_even_chance():
+    """As a sacrificial part is ground: half of them burn, and the doubt falls to that of the readings."""
+    learner = plunge.learning.ThresholdUpdate(PROBLEM)
+    grinder = hwsim.PlungeGrinder(PROBLEM, inspection=hwsim.Inspection(severity_sd=0.03))
+    even = plunge.CycleController(PROBLEM, confidence=0.5)
+    for part in range(4):
+        even = learner.next(even, hwsim.run(grinder, even, rng=part))
+    assert even.confidence == 0.5
+    assert even.problem.uncertainty.burning_sd == pytest.approx(
+        0.01524, rel=0.02
+    )  # of 0.0304 four times, 0.045
+
+
 def test_a_surprise_is_told():
     threshold = plunge.BurnThreshold(PROBLEM)
     threshold.update(reserve=0.3, burned=True)

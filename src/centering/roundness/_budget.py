@@ -14,7 +14,8 @@ from centering.roundness._budget_rows import AT_BOTH_ENDS, BudgetRow, rows_of, s
 from centering.roundness._circle_noise import NORMS
 from centering.roundness._circle_protocol import Circle
 from centering.roundness._instrument import Instrument
-from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm
+from centering.roundness._origin import suspect_sentence
+from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm, remark_on
 from sdpgrind.base import checks, notebook, stored
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.by_name import called
@@ -124,6 +125,12 @@ class Budget(Described, ByValue, Result):
         most = self.spindle_bound
         return ends.replace(low=max(ends.low - most, 0.0), high=ends.high + most)
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences that a reader of RONt (mm) needs, as of `Roundness.remarks`, by this interval."""
+        above = remark_on(self.roundness.ron_t, self.interval())
+        return (*above, *suspect_sentence(self.roundness.origin))
+
     def conforms(self, limit: float) -> str:
         """Return the decision on a limit of RONt by the interval of 95 % (ISO 14253-1).
 
@@ -200,7 +207,8 @@ class Budget(Described, ByValue, Result):
     def __str__(self) -> str:
         sizes = f"Monte Carlo {UM * self.sd:.3g} µm, linear law {UM * self.linear_sd:.3g} µm"
         found = f"RONt ({self.roundness.kind}) {self.interval().ends} µm, 95 %"
-        return "\n".join([*aligned([HEADS, *self.cells], "<<>"), f"standard uncertainty: {sizes}", found])
+        table = aligned([HEADS, *self.cells], "<<>")
+        return "\n".join([*table, f"standard uncertainty: {sizes}", found, *self.remarks])
 
     def _repr_html_(self) -> str:
         return notebook.table(repr(self), HEADS, self.cells)

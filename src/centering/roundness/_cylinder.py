@@ -1,5 +1,7 @@
 """A reference cylinder of a part, its deviations, and how far it is proved."""
 
+import os
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +12,7 @@ from centering.roundness._cylinder_ls import taper
 from centering.roundness._cylinder_surface import CylinderPoints, axis_distances
 from sdpgrind.base import checks, pictures, units
 from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, array, custom, described
 from sdpgrind.base.results import Result
@@ -87,13 +90,13 @@ class Cylinder(Described, ByValue, Result):
 
     @cached_property
     def cyl_p(self) -> float:
-        """Height of the highest peak above the cylinder, CYLp, mm."""
-        return float(self.deviation.max())
+        """Height of the highest peak above the cylinder, CYLp, mm; of MCC 0."""
+        return 0.0 if self.kind == "MCC" else float(self.deviation.max())
 
     @cached_property
     def cyl_v(self) -> float:
-        """Depth of the deepest valley below the cylinder, CYLv, mm."""
-        return float(-self.deviation.min())
+        """Depth of the deepest valley below the cylinder, CYLv, mm; of MIC 0."""
+        return 0.0 if self.kind == "MIC" else float(-self.deviation.min())
 
     @cached_property
     def cyl_q(self) -> float:
@@ -117,6 +120,42 @@ class Cylinder(Described, ByValue, Result):
         z = checks.number("height", height, "mm")
         x, y = (self.axis[:2] + z * self.axis[2:]).tolist()
         return x, y
+
+    def report(
+        self, path: str | os.PathLike[str] | None = None, *, limits: Mapping[str, float] | None = None
+    ) -> str:
+        """Write one HTML page: limits, parameters, axis, certificate, picture, digest.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            HTML file in an existing folder. None: only the text is returned.
+        limits : mapping, optional
+            Limits of "CYLt", "CYLp", "CYLv", "CYLq", mm. No interval is measured: they are held against the
+            values alone.
+
+        Returns
+        -------
+        str
+            The path of the file, or the text of the page.
+
+        Raises
+        ------
+        ValueError
+            For a limit of another name, not > 0, or above 0.5 mm.
+        ImportError
+            With a path, without the extra ``report``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from centering.roundness import Profile, Sections
+        >>> oval = Profile(20.0 + 1e-3 * np.cos(2 * np.radians(np.arange(360.0))))
+        >>> found = Sections([oval] * 3, [0.0, 10.0, 20.0]).cylinder("MZC")
+        >>> print(found.report(limits={"CYLt": 0.003}).splitlines()[3])
+        CYLt (MZC) 2 µm, limit 3 µm: kept, no interval
+        """
+        return str(called("centering.roundness._cylinder_sheet:report", self, path, limits))
 
     def plot(self) -> Any:
         """Draw the deviations of the sections, magnified, unrolled over height (mm); return the figure."""

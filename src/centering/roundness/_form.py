@@ -51,7 +51,8 @@ def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float 
         circle = _settled(samples, min(degree, _FIRST), samples.circle, 1)[2]
         fit, part_angle, circle = _settled(samples, degree, circle, _ROUNDS)
         _refuse_ill(asked, fit.condition, limit, degree, part_angle)
-        sure = has_residuals(fit.freedom, part_angle.size) or samples.noise_sd is None
+        told = has_residuals(fit.freedom, part_angle.size) and not samples.noise_given
+        sure = told or samples.noise_sd is None
         noise = fit.noise_sd if sure and fit.freedom >= ENOUGH else samples.noise_sd or inf
         leaks = leaks_of(fit, samples.runout, part_angle)
         sd = amplitude_sd(fit, noise, leaks, samples.runout)

@@ -69,8 +69,8 @@ class GivenReadings(PartReadings):
         """
         height = checks.finite_array("deviation", deviation, "mm")
         reading = nominal_radius(height, radius, centred) + height
-        if radius is None and tip_radius:
-            raise checks.refuse("tip_radius", "0 where the radius is not known", tip_radius, "mm")
+        if radius is None:
+            _refuse_tip(tip_radius)
         places = NOT_GIVEN if angle is None else angle
         profile = cls(places, reading, tip_radius=tip_radius, internal=internal)  # type: ignore[arg-type]
         if radius is None:
@@ -158,6 +158,8 @@ class GivenReadings(PartReadings):
     @classmethod
     def _of_turn(cls, found: Turned, tip_radius: float, internal: bool) -> Self:
         """The profile of what was read, with its origin."""
+        if not found.radius_known:
+            _refuse_tip(tip_radius)
         profile = cls(found.angle, found.reading, tip_radius=tip_radius, internal=internal)
         profile._note(source=found.source.to_json())
         if not found.radius_known:
@@ -173,3 +175,9 @@ class GivenReadings(PartReadings):
             A row for each sample.
         """
         return pd.DataFrame({name: getattr(self, name) for name in ("angle", "reading", "deviation")})
+
+
+def _refuse_tip(tip_radius: float) -> None:
+    """Refuse a tip beside a radius that is not known, whose curvature would be taken for the tip's."""
+    if tip_radius:
+        raise checks.refuse("tip_radius", "0 where the radius is not known", tip_radius, "mm")

@@ -8,10 +8,12 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import another_unit
+from sdpgrind.base.units import UM
 
 Limits = tuple[tuple[int, int, float], ...]
 """Lowest and highest harmonic of each limit, upr, and the limit, mm."""
 _LOWEST = 2  # derived: upr; 1 upr is the offset
+_SURE = 1.96  # derived: standard deviations to both ends of a 95 % interval of a normal amplitude
 _USUAL, _TYPICAL = (1e-7, 0.2), 5e-4  # mm; chosen: limits of a harmonic, from a gauge's ball to a forged ring
 
 
@@ -32,6 +34,47 @@ class Exceeded(NamedTuple):
     size: float
     limit: float
     z: float
+
+
+class LimitDecision(NamedTuple):
+    """Whether the harmonics of a limit keep it; as text one sentence.
+
+    Attributes
+    ----------
+    low, high : int
+        Band of the limit, upr (unit 1).
+    upr : int
+        Harmonic of the largest size in the band, upr (unit 1).
+    size, half, limit : float
+        Its amplitude, or height from valley to peak, half of its 95 % interval, and the limit, mm.
+    above : int
+        Harmonics above the limit, unit 1.
+    quantity : {"amplitude", "range"}
+        Quantity that is limited.
+    """
+
+    low: int
+    high: int
+    upr: int
+    size: float
+    half: float
+    limit: float
+    above: int
+    quantity: str
+
+    @property
+    def found(self) -> str:
+        """Decision by the 95 % interval: "kept", "exceeded" or "not decided"."""
+        if self.size + self.half <= self.limit:
+            return "kept"
+        return "exceeded" if self.size - self.half > self.limit else "not decided"
+
+    def __str__(self) -> str:
+        band = f"{self.low} to {self.high} upr: largest {self.quantity} at {self.upr} upr"
+        name = band if self.high > self.low else f"{self.low} upr: {self.quantity}"
+        others = f", {self.above} above it" if self.above > 1 else ""
+        size = f"{UM * self.size:.4g} ± {UM * self.half:.2g} µm (95 %)"
+        return f"{name} {size}, limit {UM * self.limit:.4g} µm{others}: {self.found}"
 
 
 def limits_of(name: str, given: Any) -> Limits:
@@ -88,6 +131,18 @@ def exceeded(limits: Limits, upr: Floats, size: Floats, sd: Floats) -> tuple[Exc
             z = excess / float(sd[k]) if sd[k] > 0 else np.inf
             found.append(Exceeded(int(upr[k]), float(size[k]), most, z))
     return tuple(found)
+
+
+def decision(
+    limit: tuple[int, int, float], upr: Floats, size: Floats, sd: Floats, quantity: str
+) -> LimitDecision:
+    """Return the decision on a limit by the harmonic nearest to it or farthest above (size, sd in mm)."""
+    low, high, most = limit
+    within = np.flatnonzero((upr >= low) & (upr <= high))
+    worst = within[np.argmax(size[within])]
+    above = int(np.sum(size[within] > most))
+    half = _SURE * float(sd[worst])
+    return LimitDecision(low, high, int(upr[worst]), float(size[worst]), half, most, above, quantity)
 
 
 def least_limits(limits: Limits, upr: Floats) -> Floats:

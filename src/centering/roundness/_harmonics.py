@@ -10,7 +10,9 @@ import pandas as pd
 from centering.roundness._harmonic_fit import values_at
 from centering.roundness._harmonic_limits import (
     Exceeded,
+    LimitDecision,
     Limits,
+    decision,
     exceeded,
     least_limits,
     limits_of,
@@ -93,6 +95,13 @@ class Harmonics(Described, ByValue, Result):
         """Harmonics above their limits, in mm, with how far they are above them in standard deviations."""
         sizes = self._scale * self.amplitude, self._scale * self.sd
         return exceeded(self.limits, self.upr, *sizes)
+
+    @property
+    def decisions(self) -> tuple[LimitDecision, ...]:
+        """Whether each limit is kept by the 95 % interval of the size (mm): `found`; as text a sentence."""
+        sizes = self._scale * self.amplitude, self._scale * self.sd
+        name = "range" if self.as_range else "amplitude"
+        return tuple(decision(limit, self.upr, *sizes, name) for limit in self.limits)
 
     @property
     def _scale(self) -> float:

@@ -28,6 +28,10 @@ class Origin:
 
     `removed`: spindle angle (rad), reading and height above the form (mm) of asperities that were taken out.
 
+    `suspects`: readings that look like asperities, counted before a filter; -1: not looked for.
+
+    `noise_given`: whether `noise_sd` was given by the user.
+
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
     profiles, wherever they come from.
     """
@@ -45,6 +49,8 @@ class Origin:
     high: float = inf
     separated: tuple[float, ...] = ()
     lost: tuple[int, ...] = ()
+    noise_given: bool = False
+    suspects: int = -1
     source: str = dataclasses.field(default="", compare=False)
 
 
@@ -97,6 +103,15 @@ def runout_sentence(runout: RollerError) -> str:
         f"{size} removed, fitted with {runout.upr_max} harmonics over {runout.turns:.3g} turns,"
         f" condition {runout.condition:.3g}{slipped}"
     )
+
+
+def suspect_sentence(origin: Origin) -> tuple[str, ...]:
+    """Sentence on readings that look like asperities; none where there are none."""
+    if origin.suspects <= 0:
+        return ()
+    if origin.suspects == 1:
+        return ("1 reading looks like an asperity; profile.remove_asperities() takes it out",)
+    return (f"{origin.suspects} readings look like asperities; profile.remove_asperities() takes them out",)
 
 
 def form_sentence(form: Form) -> str:

@@ -149,7 +149,8 @@ class Profile(FormerNames, SteppedReadings, Plan):
         ValueError
             When the samples cover less than half a turn, or nothing fixes the circle.
         """
-        return steps_of.roundness(self, kind)
+        found = steps_of.roundness(self, kind)
+        return found.replace(origin=dataclasses.replace(found.origin, suspects=self._suspects))
 
     def compare(
         self,

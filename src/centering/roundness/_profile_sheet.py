@@ -9,6 +9,7 @@ import numpy as np
 from centering.roundness._circle_noise import NORMS
 from centering.roundness._harmonic_verdicts import harmonic_verdicts, measured_for, split_limits
 from centering.roundness._harmonics import above_noise
+from centering.roundness._origin import suspect_sentence
 from centering.roundness._roundness import Roundness
 from centering.roundness._roundness_interval import RoundnessInterval, limit_in_mm
 from sdpgrind.base import checks
@@ -32,7 +33,8 @@ def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[An
     more: list[Block] = [_circles(profile), *_undulations(profile), Picture("LSC", form.plot)]
     verdicts = [_verdict(profile, name, limit) for name, limit in given.items()]
     verdicts += harmonic_verdicts(measured_for(profile, waves))
-    more.insert(0, Sentences([*verdicts, _passed(profile)], strong=bool(limits)))
+    remarks = suspect_sentence(form.origin)
+    more.insert(0, Sentences([*verdicts, _passed(profile), *remarks], strong=bool(limits)))
     if (source := profile.source) is not None:
         more += [Heading("Source of the data"), Listing(str(source))]
     return str(called("sdpgrind.base.sheets.record_page:report", profile, path, tuple(more)))

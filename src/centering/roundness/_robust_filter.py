@@ -15,17 +15,18 @@ _STILL = 1e-9  # chosen: move over the range that ends the sweeps
 _MOST = 1000  # chosen: sweeps; 9 to 130 were needed
 
 
-def robust_gaussian(values: Floats, cut_off: float) -> Floats:
+def robust_gaussian(values: Floats, cut_off: float, sweeps: int | None = None) -> Floats:
     """Low-pass values on an even turn; the cut-off in upr.
 
     At each point a parabola is fitted to its surroundings, each reading weighted by the Gaussian of its
     distance and by Tukey's weight of its residual, which follows from the parabolas before. Where all near
-    it lost their weight a point keeps its value.
+    it lost their weight a point keeps its value. After so many `sweeps` it ends as it is; None: until it is
+    still.
     """
     window = _window(values.size, cut_off)
     scale = float(np.ptp(values))
     now = _fitted(values, np.ones_like(values), window, values)
-    for _ in range(_MOST):
+    for _ in range(_MOST if sweeps is None else sweeps):
         residual = values - now
         bound = _BOUND * float(np.median(np.abs(residual)))
         if bound < _STILL * scale:
@@ -33,6 +34,8 @@ def robust_gaussian(values: Floats, cut_off: float) -> Floats:
         before, now = now, _fitted(values, _weights(residual, bound), window, now)
         if np.max(np.abs(now - before)) < _STILL * np.ptp(now):
             return now
+    if sweeps is not None:
+        return now
     warnings.warn(
         f"the robust filter still moves by {1e3 * np.max(np.abs(now - before)):.2g} µm after {_MOST} sweeps",
         stacklevel=5,

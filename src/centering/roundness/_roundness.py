@@ -10,10 +10,12 @@ import numpy.typing as npt
 
 from centering.roundness._budget import Budget, budget_of
 from centering.roundness._circle_noise import NORMS, interval_of, is_even_noise
+from centering.roundness._form_change import FormChange
+from centering.roundness._harmonics import Harmonics
 from centering.roundness._instrument import Instrument
-from centering.roundness._origin import MEASURED, Origin
+from centering.roundness._origin import MEASURED, Origin, suspect_sentence
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
-from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm
+from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm, remark_on
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
@@ -123,13 +125,13 @@ class Roundness(Described, ByValue, Result):
 
     @cached_property
     def ron_p(self) -> float:
-        """Height of the highest peak above the circle, RONp, mm."""
-        return float(self.deviation.max())
+        """Height of the highest peak above the circle, RONp, mm; of MCC, outside of which is nothing, 0."""
+        return 0.0 if self.kind == "MCC" else float(self.deviation.max())
 
     @cached_property
     def ron_v(self) -> float:
-        """Depth of the deepest valley below the circle, RONv, mm."""
-        return float(-self.deviation.min())
+        """Depth of the deepest valley below the circle, RONv, mm; of MIC, inside of which is nothing, 0."""
+        return 0.0 if self.kind == "MIC" else float(-self.deviation.min())
 
     @cached_property
     def ron_q(self) -> float:
@@ -189,10 +191,29 @@ class Roundness(Described, ByValue, Result):
         asked = methods[0] if method is None else checks.one_of("method", method, methods)
         return interval_of(self, share, asked)
 
+    @property
+    def why_no_interval(self) -> str:
+        """Reason why RONt (mm) has no interval, and a limit no decision; empty where it has one."""
+        if self.kind not in NORMS:
+            return f"no interval of RONt is proved about {self.kind}, only about LSC and MZC"
+        if self.noise_sd.size:
+            return ""
+        if "robust" in self.filter:
+            return "no interval of RONt is proved after a robust filter, which is not linear"
+        return (
+            "no interval of RONt without the noise: measure several turns, or give it, Profile.with_noise_sd"
+        )
+
     @cached_property
     def _usual(self) -> RoundnessInterval | None:
         """The interval of 95 %; None where there is none."""
-        return self.interval() if self.noise_sd.size and self.kind in NORMS else None
+        return None if self.why_no_interval else self.interval()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences that a reader of RONt (mm) needs, as where it is above its own interval; mostly none."""
+        above = () if self._usual is None else remark_on(self.ron_t, self._usual)
+        return (*above, *suspect_sentence(self.origin))
 
     def conforms(self, limit: float) -> str:
         """Return the decision on a limit of RONt by the interval of 95 %, without the tester's errors.
@@ -253,6 +274,8 @@ class Roundness(Described, ByValue, Result):
         limits: Mapping[Any, float] | None = None,
         instrument: Instrument | None = None,
         height: float | None = None,
+        harmonics: Harmonics | None = None,
+        change: FormChange | None = None,
     ) -> str:
         """Write one HTML page to sign: decisions, parameters, circle, corrections, budget, source, digests.
 
@@ -267,6 +290,11 @@ class Roundness(Described, ByValue, Result):
             Errors of the tester, for the budget. None: the interval is that of noise and form.
         height : float, optional
             Height of the section above the table, mm, as of `budget`.
+        harmonics : Harmonics, optional
+            Harmonics of the profile before the filter (mm, upr) with their own limits, which stand on the
+            page instead of those after it.
+        change : FormChange, optional
+            Change since the measurement before grinding (mm), of `Profile.compare`. None: none is shown.
 
         Returns
         -------
@@ -276,7 +304,8 @@ class Roundness(Described, ByValue, Result):
         Raises
         ------
         ValueError
-            For a limit of another name, not > 0, or above 0.5 mm; with an instrument as `budget`.
+            For a limit of another name, not > 0, or above 0.5 mm; for limits of harmonics both before and
+            after the filter; with an instrument as `budget`.
         ImportError
             With a path, without the extra ``report``.
 
@@ -291,7 +320,8 @@ class Roundness(Described, ByValue, Result):
         RONt (MZC) 2.008 µm as measured; 1.984 .. 2.012 µm at 95 %, limit 2.5 µm: accepted (by noise alone)
         """
         budget = None if instrument is None else self.budget(instrument, height=height)
-        return str(called("centering.roundness._sheet:report", self, path, limits, budget))
+        more = (limits, budget, harmonics, change)
+        return str(called("centering.roundness._sheet:report", self, path, *more))
 
     @property
     def value_sd(self) -> float | None:
@@ -364,6 +394,9 @@ class Roundness(Described, ByValue, Result):
                 "zorder": 4,
             }
             ax.plot(angle[point], scale.height(self.deviation[point]), symbol, **style)
+
+    def __str__(self) -> str:
+        return "\n".join([repr(self), *self.remarks])
 
     def __repr__(self) -> str:
         x, y = (np.round(self.center, 9) + 0.0).tolist()

@@ -5,6 +5,7 @@ from math import ceil, log10
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, another_unit, custom, described, quantity
 from sdpgrind.base.results import Result
+from sdpgrind.base.units import UM
 
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 
@@ -44,6 +45,20 @@ class RoundnessInterval(Described, Result):
         """Both ends as text, µm (not mm), to a hundredth of the width."""
         places = max(0, 2 - ceil(log10(max(1e3 * (self.high - self.low), 1e-6))))
         return f"{1e3 * self.low:.{places}f} .. {1e3 * self.high:.{places}f}"
+
+
+def remark_on(measured: float, ends: RoundnessInterval) -> tuple[str, ...]:
+    """Sentence on a measured RONt (mm) above its own interval; it is never below it.
+
+    Of noise e and -e one at least raises RONt, a convex function of the form: the lower end, V less the
+    97.5 % quantile of the lift, is below the measured V.
+    """
+    if measured <= ends.high:
+        return ()
+    return (
+        f"the measured RONt of {UM * measured:.4g} µm is above its interval: noise lifts the measured"
+        " value, and the interval is that of the form without noise",
+    )
 
 
 def limit_in_mm(name: str, given: float) -> float:

@@ -13,7 +13,10 @@ CONDITION_MAX = 1e3  # chosen: condition above which a fit is refused: errors ma
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Samples:
-    """Samples, first circle (radius, x, y; mm), removed runout, known noise; tip radius < 0 in a bore."""
+    """Samples, first circle (radius, x, y; mm), removed runout, known noise; tip radius < 0 in a bore.
+
+    `noise_given`: whether the noise was given, not found in residuals.
+    """
 
     angle: Floats
     reading: Floats
@@ -21,6 +24,7 @@ class Samples:
     circle: Floats
     runout: RollerError | None
     noise_sd: float | None
+    noise_given: bool = False
 
     @cached_property
     def turns(self) -> float:

@@ -1,7 +1,8 @@
 """Sections of a part over its height: cylinder, median line, total run-out, coaxiality."""
 
 import dataclasses
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -21,6 +22,7 @@ from centering.roundness._scan import PathScan, refuse_one_height, scan_of
 from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.brief import counted
+from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 
@@ -65,6 +67,7 @@ class Sections(ByValue, Plan):
     """
 
     kind = "centering.sections"
+    _title = "Sections of a part"
     profiles: tuple[Profile, ...]
     heights: Floats
     _scan: PathScan | None = dataclasses.field(default=None, init=False)
@@ -268,6 +271,41 @@ class Sections(ByValue, Plan):
         """
         self._need_sections("coaxiality")
         return 2 * float(axis_distances(self.centers, self._axis_of(datum)).max())
+
+    def report(
+        self, path: str | os.PathLike[str] | None = None, *, limits: Mapping[str, float] | None = None
+    ) -> str:
+        """Write one HTML page: limits, cylinders, run-out, each section, steps, files with digests.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            HTML file in an existing folder. None: only the text is returned.
+        limits : mapping, optional
+            Limits of "CYLt", "CYLp", "CYLv", "CYLq" about the least squares cylinder, mm, or about another as
+            "CYLt (MZC)"; of "total run-out" and "coaxiality" to the spindle axis, and of "straightness". No
+            interval is measured for these: they are held against the values alone.
+
+        Returns
+        -------
+        str
+            The path of the file, or the text of the page.
+
+        Raises
+        ------
+        ValueError
+            For a limit of another name, not > 0, or above 0.5 mm.
+        ImportError
+            With a path, without the extra ``report``.
+
+        Examples
+        --------
+        >>> oval = Profile(20.0 + 1e-3 * np.cos(2 * np.linspace(0.0, 2 * np.pi, 360, endpoint=False)))
+        >>> shaft = Sections([oval] * 3, [0.0, 10.0, 20.0])
+        >>> print(shaft.report(limits={"total run-out": 0.003}).splitlines()[5])
+        total run-out 2 µm, limit 3 µm: kept, no interval
+        """
+        return str(called("centering.roundness._sections_sheet:report", self, path, limits))
 
     def _axis_of(self, datum: Datum) -> Floats:
         """Axis (x, y, u, v) of a datum, checked."""

@@ -1,7 +1,8 @@
 """A part's form and a spindle's error, separated: the result of a reversal or of several steps."""
 
 import dataclasses
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -18,6 +19,7 @@ from centering.roundness._setups import Setups, Split
 from centering.roundness._spindle_error import SpindleError, told_lost
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.units import UM
@@ -58,6 +60,7 @@ class Separation(ByValue, Plan):
     """
 
     kind = "centering.separation"
+    _title = "Part and spindle, separated"
     part: Profile
     spindle: SpindleError
     turns: Floats
@@ -95,6 +98,47 @@ class Separation(ByValue, Plan):
     @cached_property
     def _setups(self) -> Setups:
         return Setups(self.turns, self.senses)
+
+    def report(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        limits: Mapping[str | int | tuple[int, int], float] | None = None,
+    ) -> str:
+        """Write one HTML page: limits, roundness of the part, harmonics of both, setups, files.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            HTML file in an existing folder. None: only the text is returned.
+        limits : mapping, optional
+            Limits of "RONt", "RONp", "RONv", "RONq" of the part about the least squares circle, mm, of
+            "spindle", its error from valley to peak, mm, and of harmonics of the part by upr, as of
+            `Profile.harmonics`.
+
+        Returns
+        -------
+        str
+            The path of the file, or the text of the page.
+
+        Raises
+        ------
+        ValueError
+            For a limit of another name, not > 0, or above 0.5 mm.
+        ImportError
+            With a path, without the extra ``report``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from centering.roundness import Profile, reverse
+        >>> angle = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
+        >>> part, spindle = 3e-4 * np.cos(3 * angle), 1e-4 * np.cos(2 * angle)
+        >>> found = reverse(Profile(angle, 30.0 + part + spindle), Profile(angle, 30.0 + part - spindle))
+        >>> print(found.report(limits={"spindle": 0.0001}).splitlines()[5])
+        spindle 0.2 µm, limit 0.1 µm: exceeded, no interval
+        """
+        return str(called("centering.roundness._separation_sheet:report", self, path, limits))
 
     def plot(self) -> Any:
         """Draw part and spindle magnified (µm), and the singular values over upr; return the figure."""
@@ -167,10 +211,20 @@ def _part(
         high=first._origin.high,
         separated=(0.0, 0.0, *sd.tolist()),
         lost=tuple(lost.tolist()),
+        source=_source(profiles),
     )
     circle = first.circle.replace(value=np.array([radius, 0.0, 0.0]))
     angle = even_turn(first.angle.size)
     return Made(angle, radius + deviation, first.tip_radius, circle, origin, None, first.internal)
+
+
+def _source(profiles: Sequence[Profile]) -> str:
+    """JSON of the source with the files of all setups; empty where one was not read from a file."""
+    sources = [each.source for each in profiles if each.source is not None]
+    if len(sources) < len(profiles):
+        return ""
+    files = dict.fromkeys(note for source in sources for note in source.files)
+    return dataclasses.replace(sources[0], files=tuple(files)).to_json()
 
 
 def _label(unit: str, name: str) -> dict[str, str]:

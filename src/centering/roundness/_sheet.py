@@ -2,12 +2,13 @@
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from centering.roundness._budget import HEADS, Budget
-from centering.roundness._circle_noise import NORMS, amplitude_sd, even_noise, is_even_noise, waves_of
+from centering.roundness._circle_noise import amplitude_sd, even_noise, is_even_noise, waves_of
+from centering.roundness._form_change import FormChange
 from centering.roundness._harmonic_limits import limits_of
 from centering.roundness._harmonic_verdicts import harmonic_verdicts, split_limits
 from centering.roundness._harmonics import Harmonics, above_noise
@@ -28,7 +29,17 @@ _METHODS = {
     "calibrated": "noise drawn about the harmonics that stand out of it, factors by simulation",
     "guaranteed": "holds for every form, without an assumption on it",
 }
-_UNKNOWN = "no interval: the noise of the deviations is not known"
+
+
+class _Sheet(NamedTuple):
+    """Limits of parameters (mm), harmonics after the filter and before it, budget, change, source."""
+
+    limits: Mapping[str, float]
+    after: Harmonics | None
+    before: Harmonics | None
+    budget: Budget | None
+    change: FormChange | None
+    source: Source | None
 
 
 def report(
@@ -36,13 +47,18 @@ def report(
     path: str | os.PathLike[str] | None,
     limits: Mapping[Any, float] | None,
     budget: Budget | None,
+    before: Harmonics | None = None,
+    change: FormChange | None = None,
 ) -> str:
-    """Write the sheet of a circle, with a budget if there is one, or return its text."""
+    """Write the sheet of a circle, or return its text; `before`: harmonics before the filter."""
     named, waves = split_limits(limits)
     given = {name: limit_of(name, each, FORM) for name, each in named.items()}
-    found = _harmonics(circle, waves)
+    if before is not None and waves:
+        which = next(iter(waves))
+        raise ValueError(f"limits[{which!r}] must be one of harmonics=, which have limits of their own")
     source = Source.from_json(circle.origin.source) if circle.origin.source else None
-    return page.report(_title(source), _blocks(circle, given, budget, source, found), path)
+    sheet = _Sheet(given, _harmonics(circle, waves), before, budget, change, source)
+    return page.report(_title(source), _blocks(circle, sheet), path)
 
 
 def _title(source: Source | None) -> str:
@@ -50,38 +66,52 @@ def _title(source: Source | None) -> str:
     return f"Roundness: {', '.join(names)}" if names else "Roundness"
 
 
-def _blocks(
-    circle: Roundness,
-    limits: Mapping[str, float],
-    budget: Budget | None,
-    source: Source | None,
-    found: Harmonics | None,
-) -> Iterator[Block]:
-    ends = _ends(circle, budget)
-    after = " (after the filter)" if circle.filter else ""
-    waves = [f"{told}{after}" for told in harmonic_verdicts(found)]
-    verdicts = [*_verdicts(circle, limits, ends, budget), *waves]
+def _blocks(circle: Roundness, sheet: _Sheet) -> Iterator[Block]:
+    ends = _ends(circle, sheet.budget)
+    verdicts = [*_verdicts(circle, sheet.limits, ends, sheet.budget), *_waves(circle, sheet)]
     yield Sentences(verdicts or [_measured(circle, ends)], strong=True)
     yield _parameters(circle, ends)
-    yield Sentences([_interval_sentence(circle, ends, budget)])
+    remarks = (circle if sheet.budget is None else sheet.budget).remarks
+    yield Sentences([_interval_sentence(circle, ends, sheet.budget), *remarks])
     yield Picture(f"Profile about the {KINDS[circle.kind]} ({circle.kind})", circle.plot)
+    yield from _change(sheet.change)
     yield Heading("How it was measured")
     yield _circle_table(circle)
     yield Sentences([circle.certificate, *_corrections(circle)])
-    yield from _undulations(found)
-    if budget is not None:
-        yield from _budget_blocks(budget)
+    yield from _undulations(sheet)
+    if sheet.budget is not None:
+        yield from _budget_blocks(sheet.budget)
     yield Heading("Origin")
-    yield Listing(str(source) if source else "not read from a file: arrays of a program")
+    yield Listing(str(sheet.source) if sheet.source else "not read from a file: arrays of a program")
     yield from _origin(circle)
     yield SIGNATURE
+
+
+def _waves(circle: Roundness, sheet: _Sheet) -> list[str]:
+    """Sentences on limits of harmonics; after a filter which side of it they are of."""
+    pairs = ((sheet.after, "after"), (sheet.before, "before"))
+    return [
+        f"{told} ({side} the filter)" if circle.filter else told
+        for found, side in pairs
+        for told in harmonic_verdicts(found)
+    ]
+
+
+def _change(change: FormChange | None) -> Iterator[Block]:
+    """What grinding changed."""
+    if change is None:
+        return
+    yield Heading("Before and after")
+    yield Sentences([change._told()])
+    yield from change._figures()
+    yield Picture("Forms before and after, and their amplitudes", change.plot)
 
 
 def _ends(circle: Roundness, budget: Budget | None) -> RoundnessInterval | None:
     """Interval of RONt by all that is known; None where no method is."""
     if budget is not None:
         return budget.interval()
-    return circle.interval() if circle.noise_sd.size and circle.kind in NORMS else None
+    return circle._usual
 
 
 def _measured(circle: Roundness, ends: RoundnessInterval | None) -> str:
@@ -101,9 +131,9 @@ def _verdicts(
             told = f"{_measured(circle, ends)}, limit {UM * limit:.4g} µm: {decided(ends, limit)} {by}"
         else:
             kept = "kept" if value <= limit else "exceeded"
-            told = (
-                f"{name} ({circle.kind}) {UM * value:.4g} µm, limit {UM * limit:.4g} µm: {kept}, no interval"
-            )
+            size = f"{name} ({circle.kind}) {UM * value:.4g} µm, limit {UM * limit:.4g} µm"
+            signed = ": no decision can be signed" if name == "RONt" else ""
+            told = f"{size}: {kept}, no interval{signed}"
         found.append(told)
     return found
 
@@ -122,8 +152,7 @@ def _parameters(circle: Roundness, ends: RoundnessInterval | None) -> AmountTabl
 def _interval_sentence(circle: Roundness, ends: RoundnessInterval | None, budget: Budget | None) -> str:
     """How the interval was found."""
     if ends is None:
-        known = f"no interval: no method is known about the {KINDS[circle.kind]}"
-        return _UNKNOWN if circle.kind in NORMS else known
+        return circle.why_no_interval
     of_what = (
         "noise, form and tester"
         if budget is not None
@@ -133,22 +162,27 @@ def _interval_sentence(circle: Roundness, ends: RoundnessInterval | None, budget
 
 
 def _circle_table(circle: Roundness) -> AmountTable:
-    angle = np.degrees(circle.offset_angle)
-    contacts = ", ".join(f"{each:.1f}" for each in np.degrees(circle.contact_angles)) or "none"
+    contacts = ", ".join(sorted(map(_degrees, circle.contact_angles), key=float))
+    tip = f"{abs(circle.tip_radius):g}" if circle.tip_radius else "not given"
     radius = f"{circle.radius:.8g}" if circle.origin.radius_known else "not known"
     noise = f"{UM * np.sqrt(np.mean(circle.noise_sd**2)):.3g}" if circle.noise_sd.size else "not known"
     rows = [
         Amounts.of("circle", [f"{circle.kind}, {KINDS[circle.kind]}"]),
         Amounts.of("radius", [radius], heading="radius [mm]"),
         Amounts.of("offset", [f"{UM * circle.offset:.4g}"], heading="centre from the spindle's axis [µm]"),
-        Amounts.of("direction", [f"{angle:.1f}"], heading="direction of the centre [degrees]"),
-        Amounts.of("contacts", [contacts], heading="contacts [degrees]"),
+        Amounts.of("direction", [_degrees(circle.offset_angle)], heading="direction of the centre [degrees]"),
+        *([Amounts.of("contacts", [contacts], heading="contacts [degrees]")] if contacts else []),
         Amounts.of("filter", [circle.filter or "none: all undulations"]),
         Amounts.of("points", [len(circle.points)]),
-        Amounts.of("tip", [f"{abs(circle.tip_radius):g}"], heading="radius of the tip [mm]"),
+        Amounts.of("tip", [tip], heading="radius of the tip [mm]"),
         Amounts.of("noise", [noise], heading="standard deviation of a deviation by noise [µm]"),
     ]
     return AmountTable("Circle, filter and points", rows, ("what", "is"))
+
+
+def _degrees(angle: float) -> str:
+    """An angle (rad) within a turn, from 0 on, to a tenth of a degree."""
+    return f"{round(np.degrees(angle) % 360, 1) % 360:.1f}"
 
 
 def _corrections(circle: Roundness) -> list[str]:
@@ -175,20 +209,23 @@ def _harmonics(circle: Roundness, limits: Mapping[Any, float]) -> Harmonics | No
     )
 
 
-def _undulations(found: Harmonics | None) -> Iterator[Block]:
-    """The largest undulations and their picture."""
-    if found is None:
+def _undulations(sheet: _Sheet) -> Iterator[Block]:
+    """The largest undulations that the filter leaves; pictures of both sides of it."""
+    if sheet.after is None and sheet.before is None:
         return
-    largest = above_noise(found, _LARGEST)
     yield Heading("Undulations")
-    yield AmountTable(
-        "Largest amplitudes above the noise (half of the height from valley to peak)",
-        [
-            Amounts.of("upr", [int(upr) for upr, _ in largest], heading="undulations per revolution"),
-            Amounts.of("amplitude", [size for _, size in largest], "mm"),
-        ],
-    )
-    yield Picture("Amplitudes; grey: what noise alone exceeds in one of 20", found.plot)
+    if sheet.after is not None:
+        largest = above_noise(sheet.after, _LARGEST)
+        yield AmountTable(
+            "Largest amplitudes above the noise (half of the height from valley to peak)",
+            [
+                Amounts.of("upr", [int(upr) for upr, _ in largest], heading="undulations per revolution"),
+                Amounts.of("amplitude", [size for _, size in largest], "mm"),
+            ],
+        )
+        yield Picture("Amplitudes; grey: what noise alone exceeds in one of 20", sheet.after.plot)
+    if sheet.before is not None:
+        yield Picture("Amplitudes before the filter; red: their limits", sheet.before.plot)
 
 
 def _budget_blocks(budget: Budget) -> Iterator[Block]:

@@ -7,10 +7,11 @@ from typing import Self
 import numpy as np
 
 from centering.roundness import _profile_steps as steps_of
-from centering.roundness._asperities import asked_for, without_asperities
+from centering.roundness._asperities import asked_for, suspects, without_asperities
 from centering.roundness._correction import corrected
 from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._given_readings import GivenReadings
+from centering.roundness._known_noise import with_known_noise
 from centering.roundness._origin import Made
 from centering.roundness._robust_filter import LEAST
 from centering.roundness._roller import RollerError
@@ -80,9 +81,37 @@ class SteppedReadings(GivenReadings):
 
     @property
     def _samples(self) -> Samples:
-        return Samples(
-            self.angle, self.reading, self._tip, self.circle.value, self.roller_error, self._origin.noise_sd
-        )
+        known = self.roller_error, self._origin.noise_sd, self._origin.noise_given
+        return Samples(self.angle, self.reading, self._tip, self.circle.value, *known)
+
+    def with_noise_sd(self, noise_sd: float) -> Self:
+        """Return the profile with a known standard deviation of a reading, instead of that found in them.
+
+        Parameters
+        ----------
+        noise_sd : float
+            Standard deviation of one reading, mm, of repeated readings of one place.
+
+        Returns
+        -------
+        Profile
+            The same samples; `steps` tell both.
+
+        Raises
+        ------
+        ValueError
+            For a value not > 0, or above the height of the readings; for a profile that was filtered or
+            separated.
+
+        Examples
+        --------
+        >>> from centering.roundness import Profile
+        >>> angle, noise = np.linspace(0.0, 2 * np.pi, 720, endpoint=False), np.random.default_rng(0)
+        >>> rough = Profile(30.0 + 1e-3 * np.cos(3 * angle) + 2e-4 * noise.normal(size=720))  # of the surface
+        >>> [f"{each.noise_sd:.5f}" for each in (rough, rough.with_noise_sd(5e-5))]  # mm
+        ['0.00021', '0.00005']
+        """
+        return self._made(with_known_noise(self, noise_sd))
 
     def remove_roller_error(
         self,
@@ -143,6 +172,8 @@ class SteppedReadings(GivenReadings):
         The form is that of the robust filter at 150 upr, or a twentieth of the points of a turn if that is
         less; the standard deviation follows from the median of the residuals. An asperity ends where they
         fall below twice that.
+        The edge of a slot or a keyway is none: the readings go on level on one side of it. Dust within some
+        undulations of that cut-off beside an edge is missed, or taken out with the readings up to the edge.
         Nothing is put in its place: harmonics are fitted to the other readings. `removed` keeps what was
         taken out, and the contact with a grinder still counts it.
 
@@ -278,4 +309,12 @@ class SteppedReadings(GivenReadings):
         if kind == "robust":
             return self._made(steps_of.filtered_robustly(self, asked))
         how = steps_of.filtered_evenly if is_even(self.part_angle) else steps_of.filtered
-        return self._made(how(self, asked))
+        made = self._made(how(self, asked))
+        made._note(suspects=self._suspects)
+        return made
+
+    @cached_property
+    def _suspects(self) -> int:
+        """Readings that look like asperities; 0 once they were taken out, or looked for."""
+        known = self._origin.suspects
+        return suspects(self) if known < 0 and not self._origin.sd else max(known, 0)

@@ -15,15 +15,18 @@ from centering.cycle._strategy.table_limit import TableLimit, least_friction
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.quantities import Described, array, described, units_of
+from sdpgrind.base.quantities import Described, array, count, described, units_of
 from sdpgrind.base.records import Record
 from sdpgrind.base.rng import Seed, generator
+from sdpgrind.base.sheets.amounts import Amounts
+from sdpgrind.base.sheets.blocks import AmountTable
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 _NEAREST = 0.1  # chosen: least offset of a part over the greatest, as of a simulated machine
+_TAIL = 0.025  # derived: chance beyond either end of a 95 % interval
 _MANY = 0.95  # derived: the quantile that is told
 _COLUMNS = {
     "time": "mean time of a part",
@@ -55,6 +58,8 @@ class RiskTable(Record, ByValue, Described):
     thrown, unfinished : array, (F,)
         Shares of the parts that the table throws in its first run-up, and of those that are not centred after
         the greatest number of pushes, unit 1.
+    runs : int
+        Simulated parts at each factor. Default: 0, not known.
 
     Raises
     ------
@@ -64,9 +69,9 @@ class RiskTable(Record, ByValue, Described):
     Examples
     --------
     >>> columns = {"time": [2.6, 2.1], "time_95": [3.4, 2.8], "pushes": [4.1, 2.9]}
-    >>> risk = RiskTable(factor=[0.6, 1.0], **columns, thrown=[0.01, 0.0], unfinished=[0.0, 0.0])
-    >>> risk
-    RiskTable(friction x 0.6 to 1; slowest at x 0.6: 2.60 s; at most 1 % thrown, 0 % not centred)
+    >>> risk = RiskTable(factor=[0.6, 1.0], **columns, thrown=[0.01, 0.0], unfinished=[0.0, 0.0], runs=200)
+    >>> risk.told.split("; ")[1:]
+    ['slowest at x 0.6: 2.60 s', 'at most 1 % thrown', 'none of 200 (1.8 % at most, 95 %) not centred']
     >>> risk.to_dataframe()["time"].tolist()  # s
     [2.6, 2.1]
     """
@@ -78,6 +83,7 @@ class RiskTable(Record, ByValue, Described):
     pushes: Floats = array("1")
     thrown: Floats = array("1")
     unfinished: Floats = array("1")
+    runs: int = count(at_least=0, default=0)
 
     @property
     def worst(self) -> int:
@@ -91,7 +97,14 @@ class RiskTable(Record, ByValue, Described):
         labels = {name: {"units": units[name], "long_name": words} for name, words in _COLUMNS.items()}
         columns = {name: ("factor", getattr(self, name), label) for name, label in labels.items()}
         factor = {"units": units["factor"], "long_name": "true mean friction over that of the model"}
-        return xr.Dataset(columns, {"factor": ("factor", self.factor, factor)})
+        return xr.Dataset(columns, {"factor": ("factor", self.factor, factor)}, {"runs": self.runs})
+
+    def table(self) -> AmountTable:
+        """Return the table of a page: times (s), pushes and shares (unit 1) by factor of friction."""
+        names = ("factor", *_COLUMNS)
+        known = units_of(type(self))
+        columns = [Amounts.of(name, getattr(self, name), known[name]) for name in names]
+        return AmountTable(f"Risk by the true friction over that told: {self.told}", columns)
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return times (s), pushes and shares (unit 1) as a table, a row for each factor."""
@@ -102,15 +115,26 @@ class RiskTable(Record, ByValue, Described):
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
-        return cls(**{name: dataset[name].values for name in ("factor", *_COLUMNS)})
+        columns = {name: dataset[name].values for name in ("factor", *_COLUMNS)}
+        return cls(**columns, runs=int(dataset.attrs.get("runs", 0)))
+
+    @property
+    def told(self) -> str:
+        """One line: range of friction, slowest factor (s), parts thrown and not centred at the worst."""
+        return (
+            f"friction x {self.factor[0]:g} to {self.factor[-1]:g}; slowest at"
+            f" x {self.factor[self.worst]:g}: {self.time[self.worst]:.2f} s;"
+            f" {self._most(self.thrown)} thrown; {self._most(self.unfinished)} not centred"
+        )
+
+    def _most(self, shares: Floats) -> str:
+        """The largest share; for none in so many parts the end of its 95 % interval, 1 - 0.025^(1/runs)."""
+        if (most := float(shares.max())) > 0 or not self.runs:
+            return f"at most {100 * most:.2g} %"
+        return f"none of {self.runs} ({100 * (1 - _TAIL ** (1 / self.runs)):.2g} % at most, 95 %)"
 
     def __repr__(self) -> str:
-        thrown, left = 100.0 * self.thrown.max(), 100.0 * self.unfinished.max()
-        return (
-            f"RiskTable(friction x {self.factor[0]:g} to {self.factor[-1]:g}; slowest at"
-            f" x {self.factor[self.worst]:g}: {self.time[self.worst]:.2f} s;"
-            f" at most {thrown:.2g} % thrown, {left:.2g} % not centred)"
-        )
+        return f"RiskTable({self.told})"
 
 
 def robust(strategy: Doubted, friction_range: Any, runs: int, rng: Seed) -> RiskTable:
@@ -124,7 +148,8 @@ def robust(strategy: Doubted, friction_range: Any, runs: int, rng: Seed) -> Risk
         _row(strategy, float(factor), runs, each)
         for factor, each in zip(factors, generator(rng).spawn(5), strict=True)
     ]
-    return RiskTable(factors, *np.array(rows).T)
+    columns = dict(zip(_COLUMNS, np.array(rows).T, strict=True))
+    return RiskTable(factors, **columns, runs=runs)
 
 
 def _row(strategy: Doubted, factor: float, runs: int, random: np.random.Generator) -> tuple[float, ...]:

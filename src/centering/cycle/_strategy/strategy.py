@@ -363,8 +363,8 @@ class Strategy(Plan):
         )
         return xr.Dataset(variables, coordinates, {"strategy": plain})
 
-    def _figures(self) -> tuple[AmountTable]:
-        """Whole cycles from offsets over the range of the table, and their first push."""
+    def _figures(self) -> tuple[AmountTable, AmountTable]:
+        """Whole cycles from offsets over the range of the table with their first push, and the risk."""
         places = np.geomspace(2.0 * self.finish, self.offset_max, 8)
         first = [self.push(offset=float(place)) for place in places]
         columns = (
@@ -377,7 +377,8 @@ class Strategy(Plan):
             Amounts.of("spindle_speed", [push.spindle_speed for push in first], "rad/s"),
         )
         finish = f"centred where {UM * self.finish:.3g} µm are measured"
-        return (AmountTable(f"Whole cycle by the offset at its start; {finish}", columns),)
+        whole = AmountTable(f"Whole cycle by the offset at its start; {finish}", columns)
+        return whole, self._risk.table()
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:

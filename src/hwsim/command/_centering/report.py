@@ -91,6 +91,7 @@ def _head(title: str, plan: Any) -> Iterator[str]:
     )
     places = ", ".join(f"{plan.cycle_time(offset):.2f} s from {offset:g} mm" for offset in _places(problem))
     yield f"strategy: {places}; finished where {UM * plan.finish:.3g} µm are measured"
+    yield f"risk: {plan.robust().told}"
     if problem.quantum_note:
         yield f"note: {problem.quantum_note}"
 

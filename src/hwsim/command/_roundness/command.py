@@ -1,20 +1,21 @@
 """``hwsim roundness ring.csv --deviation dev:um --radius 30``: a tester's file, its RONt, a sheet to sign."""
 
 import argparse
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from hwsim.command._roundness import options
+from hwsim.command._roundness.facts import Facts
+from hwsim.command._roundness.terms import spoken
 from hwsim.command._times import TIMES
 from hwsim.command._work import announce
 
 NOT_ACCEPTED = 1  # exit status where a limit is not known to be kept; chosen: 2 is wrong input
-_ARC_LENGTH = ".x3p"  # a profile over the length of arc, without angles
 _UNFILTERED, _UPR = "none", 50
 _FILTERS = ("gaussian", "spline", "2rc", "robust", _UNFILTERED)
 _CIRCLES = ("LSC", "MZC", "MCC", "MIC")
 _TABLE = "instrument"  # of a file of errors of the tester
-_LENGTHS = ("radius", "limit", "height", "tip_radius")  # mm, with a unit behind them if it is another
+_LENGTHS = ("radius", "limit", "height", "tip-radius", "noise-sd")  # mm, or with a unit behind them
 
 
 def add_roundness(subparsers: Any) -> None:
@@ -25,8 +26,8 @@ def add_roundness(subparsers: Any) -> None:
         help=about,
         description="Read a turn of a form tester, filter it, fit a reference circle, and decide on a limit.",
         epilog="Columns are given as NAME:UNIT, or as NAME where the file has the unit; lengths in mm, or "
-        "with a unit, which a limit must have: 2.5um. Exit status: 0 done, 1 the limit is exceeded or not "
-        "decided, 2 wrong input.",
+        "with a unit, which limits and noise must have: 2.5um. Exit status: 0 done, 1 a limit is exceeded or "
+        "not decided, 2 wrong input.",
     )
     parser.add_argument("file", type=Path, metavar="ring.csv", help="text, .tdms, .h5 or .x3p")
     parser.add_argument("--angle", metavar="NAME:UNIT", help="column of the spindle angle (the only one)")
@@ -35,8 +36,14 @@ def add_roundness(subparsers: Any) -> None:
     shown.add_argument("--reading", metavar="NAME:UNIT", help="column of radial positions")
     parser.add_argument("--section", metavar="NAME=WORD", help="column of sections, and which of them")
     parser.add_argument("--radius", metavar="R", help="nominal radius of deviations")
-    parser.add_argument("--tip-radius", metavar="R", default="0", help="radius of the probe's tip (0)")
+    parser.add_argument(
+        "--centred", action="store_true", help="deviations from the tester's own circle, of unknown radius"
+    )
+    parser.add_argument("--tip-radius", metavar="R", help="radius of the probe's tip (0)")
     parser.add_argument("--internal", action="store_true", help="a bore, read from within")
+    parser.add_argument(
+        "--noise-sd", metavar="SD", help="standard deviation of a reading (found in the readings)"
+    )
     parser.add_argument(
         "--remove-asperities", action="store_true", help="take dust and burrs out, and say so"
     )
@@ -44,6 +51,20 @@ def add_roundness(subparsers: Any) -> None:
     parser.add_argument("--upr", help="cut-off, or a band as 15-150 (50)")
     parser.add_argument("--circle", choices=_CIRCLES, default="LSC", help="reference circle (LSC)")
     parser.add_argument("--limit", metavar="RONT", help="limit of RONt: accepted, rejected or not decided")
+    parser.add_argument(
+        "--harmonic-limit",
+        metavar="UPR=LENGTH",
+        action="append",
+        default=[],
+        help="largest amplitude before the filter, of a harmonic 42=0.05um or a band 2-15=0.5um; repeatable",
+    )
+    parser.add_argument(
+        "--before",
+        type=Path,
+        metavar="before.csv",
+        help="the same ring before grinding, with the same columns",
+    )
+    parser.add_argument("--rotation", metavar="ANGLE", help="turn of the part since --before (found)")
     parser.add_argument("--instrument", type=Path, metavar="t.toml", help="errors of the tester")
     parser.add_argument("--height", metavar="H", help="height of the section above the table")
     parser.add_argument("--report", type=Path, metavar="ring.html", help="write the sheet to sign")
@@ -51,84 +72,59 @@ def add_roundness(subparsers: Any) -> None:
 
 
 def work(arguments: argparse.Namespace) -> int:
-    """Carry out the command and return the exit status: 0, or 1 where the limit is not known to be kept."""
+    """Carry out the command and return the exit status: 0, or 1 where a limit is not known to be kept."""
     times = TIMES["roundness"]
     first = "" if times.on_disk else f", first time on this machine + {times.compiling:.0f} s to compile"
     announce(f"about {times.rest:.0f} s{first}")
-    lengths = {name: _length(name, getattr(arguments, name)) for name in _LENGTHS}
-    profile = _profile(arguments, lengths)
-    profile = profile.remove_asperities() if arguments.remove_asperities else profile
-    circle = _filtered(profile, arguments).roundness(arguments.circle)
-    instrument = None if arguments.instrument is None else _instrument(arguments.instrument)
-    budget = None if instrument is None else circle.budget(instrument, height=lengths["height"])
-    limit = lengths["limit"]
-    found = None if limit is None else (budget or circle).conforms(limit)
-    for line in _lines(profile, circle, budget, limit, found):
-        print(line)
+    with spoken():
+        return _carried_out(arguments)
+
+
+def _carried_out(arguments: argparse.Namespace) -> int:
+    """Find the facts, print them and write the sheet."""
+    lengths = {name: options.length(name, getattr(arguments, name.replace("-", "_"))) for name in _LENGTHS}
+    facts = _facts(arguments, lengths)
+    print("\n".join(facts.lines()))
     if arguments.report is not None:
-        limits = None if limit is None else {"RONt": limit}
-        print(f"sheet   {circle.report(arguments.report, limits=limits, **_tester(instrument, lengths))}")
-    return 0 if found in (None, "accepted") else NOT_ACCEPTED
+        print(f"sheet   {facts.report(arguments.report)}")
+    return 0 if facts.accepted else NOT_ACCEPTED
 
 
-def _tester(instrument: Any, lengths: dict[str, float | None]) -> dict[str, Any]:
-    return {} if instrument is None else {"instrument": instrument, "height": lengths["height"]}
+def _facts(arguments: argparse.Namespace, lengths: dict[str, float | None]) -> Facts:
+    limits, rotation = options.harmonic_limits(arguments.harmonic_limit), options.rotation(arguments.rotation)
+    if rotation is not None and arguments.before is None:
+        raise ValueError(f"--rotation must be given with --before; got {arguments.rotation!r}")
+    profile = _profile(arguments.file, arguments, lengths)
+    harmonics = profile.harmonics(_highest(limits), limits=limits) if limits else None
+    form = _filtered(profile, arguments)
+    change = None
+    if arguments.before is not None:
+        earlier = _filtered(_profile(arguments.before, arguments, lengths), arguments)
+        change = form.compare(earlier, rotation=rotation)
+    circle = form.roundness(arguments.circle)
+    tester = None if arguments.instrument is None else _instrument(arguments.instrument)
+    budget = None if tester is None else circle.budget(tester, height=lengths["height"])
+    return Facts(profile, circle, lengths["limit"], budget, tester, lengths["height"], harmonics, change)
 
 
-def _length(name: str, given: str | None) -> float | None:
-    """A length in mm; a number alone is in mm, but of a limit, which is told in micrometres."""
-    if given is None:
-        return None
-    from sdpgrind.base.unit_text import quantity
-
-    option = f"--{name.replace('_', '-')}"
-    try:
-        number = float(given)
-    except ValueError:
-        return quantity(option, given, "mm")
-    if name == "limit":
-        raise ValueError(f"{option} must have its unit, as 2.5um or 0.0025mm; got {given!r}")
-    return number
-
-
-def _profile(arguments: argparse.Namespace, lengths: dict[str, float | None]) -> Any:
+def _profile(file: Path, arguments: argparse.Namespace, lengths: dict[str, float | None]) -> Any:
+    """A turn with its given noise, without asperities if that is asked for."""
     from centering.roundness import Profile
 
-    columns = {name: _column(getattr(arguments, name)) for name in ("angle", "deviation", "reading")}
-    columns["angle"] = columns["angle"] or _only_angle(arguments.file)
-    shape = {"tip_radius": lengths["tip_radius"] or 0.0, "internal": arguments.internal}
+    columns = {name: options.column(getattr(arguments, name)) for name in ("angle", "deviation", "reading")}
+    columns["angle"] = columns["angle"] or options.only_angle(file)
+    shape = {"tip_radius": lengths["tip-radius"] or 0.0, "internal": arguments.internal}
     if arguments.section is not None:
-        columns["section"] = _section(arguments.section)
-    return Profile.read(arguments.file, radius=lengths["radius"], **columns, **shape)
+        columns["section"] = options.section(arguments.section)
+    radius = {"radius": lengths["radius"], "centred": arguments.centred}
+    profile = Profile.read(file, **radius, **columns, **shape)
+    if lengths["noise-sd"] is not None:
+        profile = profile.with_noise_sd(lengths["noise-sd"])
+    return profile.remove_asperities() if arguments.remove_asperities else profile
 
 
-def _only_angle(path: Path) -> str | None:
-    """The column of angles where a table has one, with its unit; None: an even turn."""
-    from sdpgrind.base.columns.angles import angle_headings
-    from sdpgrind.base.columns.taken import Rules
-
-    if path.suffix.lower() == _ARC_LENGTH:
-        return None
-    heads = [head for _, head in angle_headings(path, Rules(period=1.0))]
-    if len(heads) > 1 or (heads and not heads[0].unit):
-        told = ", ".join(repr(head.header) for head in heads)
-        raise ValueError(f"--angle must name one column with its unit, as phi:deg; {path.name} has {told}")
-    return heads[0].name if heads else None
-
-
-def _section(given: str) -> tuple[str, str]:
-    name, sign, word = given.partition("=")
-    if not sign:
-        raise ValueError(f"--section must be a column and one of its words, as nr=1; got {given!r}")
-    return name, word
-
-
-def _column(given: str | None) -> Any:
-    """Header of a column, with its unit if one is given behind a colon."""
-    if given is None or ":" not in given:
-        return given
-    name, _, unit = given.rpartition(":")
-    return name, unit
+def _highest(limits: dict[int | tuple[int, int], float]) -> int:
+    return max(key if isinstance(key, int) else max(key) for key in limits)
 
 
 def _filtered(profile: Any, arguments: argparse.Namespace) -> Any:
@@ -149,15 +145,3 @@ def _instrument(path: Path) -> Any:
     from hwsim.command._toml import read
 
     return read(path, lambda table: (table.table(_TABLE) if table.has(_TABLE) else table).one(Instrument))
-
-
-def _lines(profile: Any, circle: Any, budget: Any, limit: float | None, found: str | None) -> Iterator[str]:
-    """A fact a line."""
-    yield f"file    {profile.source.files[0].name}: {len(profile.angle)} points"
-    yield from (f"step    {step}" for step in profile.steps)
-    yield f"filter  {circle.filter or 'none: all undulations'}"
-    yield f"circle  {circle!r}"
-    if budget is not None:
-        yield f"budget  {budget!r}"
-    if limit is not None:
-        yield f"limit   {1e3 * limit:g} µm: {found}"

@@ -4,6 +4,7 @@ The depth that damage exceeds with a chance of 1 - confidence takes the place of
 a gauge, the remaining stock is doubted as well: by the place of contact and by the deflection at the rate.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
@@ -20,6 +21,12 @@ from sdpgrind.plunge._plan.exact import fastest
 
 _OF_DAMAGE = ("burning_sd", "diffusivity_sd", "sharpness_sd")
 _OF_STOCK = ("contact_zero_sd", "deflection_sd")
+_NARROWED = {  # what narrows a doubt
+    "burning_sd": "inspecting parts for burn narrows it",
+    "sharpness_sd": "CycleController learns the wear flat area within the part, from power",
+    "contact_zero_sd": "a gauge makes up for it",
+    "deflection_sd": "plunge.identify of a cycle, or a gauge, narrows it",
+}
 DEGREE = 40  # chosen: of the depth over the logarithm of the rate; `error` of a plan tells what it costs
 
 
@@ -134,3 +141,14 @@ def price_of(problem: CycleProblem, safety: Safety, time: float) -> dict[str, fl
         return time - fastest(limits_of(known, safety))[0]
 
     return {name: without(name) for name in felt} | {"all": without(*felt)}
+
+
+def price_told(price: Mapping[str, float], time: float) -> list[str]:
+    """Sentence on what the doubts cost in a cycle of a time (s), the dearest of them, and what narrows it."""
+    each = {name: seconds for name, seconds in price.items() if name != "all"}
+    if not each:
+        return []
+    cost, most = price["all"], max(each, key=lambda name: each[name])
+    share = f"{100.0 * cost / (time - cost):.1f} % of the cycle without them"
+    how = f": {_NARROWED[most]}" if most in _NARROWED else ""
+    return [f"The doubts cost {cost:.3g} s, {share}; most of it {most}, {each[most]:.3g} s alone{how}."]

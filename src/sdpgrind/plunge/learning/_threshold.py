@@ -24,6 +24,7 @@ _LEAST_SCATTER = 1e-9  # chosen: a threshold that does not scatter is a step nar
 _SURPRISE = 1e-4  # chosen: share of the density left within 5 sd of the prior that tells another cause
 _LEAST_SEVERITY, _MOST_SEVERITY, _MOST_SD = 0.1, 10.0, 0.5  # chosen: beyond them a percentage is meant
 _ASSUMED_SD = 0.03  # chosen: of a severity whose error is not stated; that of the simulated inspections
+_EVEN = 0.25  # chosen: k, of a confidence of 0.6; below it skewness counts for more in a margin than k sd
 _PRIOR_REACH = 5.0  # derived: standard deviations beyond which a normal has 6e-7
 
 
@@ -228,9 +229,12 @@ class BurnThreshold:
         )  # fmt: skip
 
     def _burning_sd(self, density: Floats) -> float:
-        """Normal doubt about the mean with the margin of a density."""
-        mean = float(density @ self.eta)
-        return max(self._margin(density) - mean, 0.0) / float(ndtri(self.confidence))
+        """Normal doubt about the mean with the margin of a density; near an even chance its own sd."""
+        mean, k = float(density @ self.eta), float(ndtri(self.confidence))
+        if k < _EVEN:
+            own = density @ (self.eta - mean) ** 2
+            return float(np.sqrt(own + self.problem.uncertainty.threshold_scatter**2))
+        return max(self._margin(density) - mean, 0.0) / k
 
     def next_test(self) -> BurnTest:
         """Return a sacrificial part at the median of the threshold, and what etching it would save.

@@ -1,0 +1,57 @@
+"""What the command tells of a ring: a fact a line, the sheet, and whether its limits are known to be kept."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hwsim.command._roundness.terms import in_terms
+
+
+class Facts(NamedTuple):
+    """Profile, circle, limit of RONt (mm), budget and its tester and height (mm), harmonics, change."""
+
+    profile: Any
+    circle: Any
+    limit: float | None
+    budget: Any
+    instrument: Any
+    height: float | None
+    harmonics: Any
+    change: Any
+
+    @property
+    def accepted(self) -> bool:
+        """Whether all limits are known to be kept."""
+        waves = () if self.harmonics is None else self.harmonics.decisions
+        kept = all(each.found == "kept" for each in waves)
+        return kept and (self.limit is None or self._decision() == "accepted")
+
+    def lines(self) -> Iterator[str]:
+        """A fact a line."""
+        yield f"file    {self.profile.source.files[0].name}: {len(self.profile.angle)} points"
+        yield from (f"step    {step}" for step in self.profile.steps)
+        yield f"filter  {self.circle.filter or 'none: all undulations'}"
+        yield f"circle  {self.circle!r}"
+        if self.budget is not None:
+            yield f"budget  {self.budget!r}"
+        yield from (f"note    {in_terms(each)}" for each in (self.budget or self.circle).remarks)
+        if self.change is not None:
+            yield f"change  {self.change!r}"
+        if self.limit is not None:
+            yield f"limit   {1e3 * self.limit:g} µm: {self._decision()}{self._why()}"
+        yield from (f"limit   {each}" for each in (self.harmonics.decisions if self.harmonics else ()))
+
+    def report(self, path: Path) -> str:
+        """Write the sheet to sign and return its path."""
+        tester = {} if self.instrument is None else {"instrument": self.instrument, "height": self.height}
+        limits = None if self.limit is None else {"RONt": self.limit}
+        more = {"harmonics": self.harmonics, "change": self.change}
+        return str(self.circle.report(path, limits=limits, **tester, **more))
+
+    def _decision(self) -> str:
+        return "not decided" if self._why() else str((self.budget or self.circle).conforms(self.limit))
+
+    def _why(self) -> str:
+        """Why there is no interval, and so no decision; "" where there is one: a budget always has."""
+        why = "" if self.budget is not None else in_terms(self.circle.why_no_interval)
+        return f", no decision can be signed: {why}" if why else ""
