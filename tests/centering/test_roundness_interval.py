@@ -128,8 +128,14 @@ def test_noise_of_a_band_on_an_even_turn(upr):
     band, passed = profile.filter(upr=upr), Filter("gaussian", upr[0], upr[1] or np.inf)
     drawn = [passed.applied(coverage.centred(row)) for row in rng.standard_normal((1000, 256))]
     np.testing.assert_allclose(band.deviation_sd, profile.noise_sd * np.std(drawn), rtol=0.02)
-    ends = band.roundness().interval()
+    ends = band.roundness().interval(method="calibrated")
     assert ends.low < np.ptp(passed.applied(form)) < ends.high
+
+
+def test_bands_that_were_not_measured_are_guaranteed():
+    ways = {("gaussian", (15, 90)): "calibrated", ("gaussian", (15, None)): "guaranteed"}
+    ways |= {(kind, (15, 90)): "guaranteed" for kind in ("spline", "2rc")}
+    assert {each: lobed().filter(each[0], upr=each[1]).roundness().interval().method for each in ways} == ways
 
 
 def test_decisions(found, tmp_path):
