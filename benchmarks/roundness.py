@@ -13,7 +13,7 @@ import numpy as np
 import roundness_peers as peers
 from measure import in_turn
 
-from centering.roundness import Profile, Sections, reference_circle
+from centering.roundness import Profile, RoundnessInterval, Sections, reference_circle
 from sdpgrind import units
 
 RADIUS = 30.0  # mm
@@ -101,8 +101,12 @@ def filters() -> dict[str, Runs]:
     }
 
 
+def ends(interval: RoundnessInterval) -> np.ndarray:
+    return np.array([interval.low, interval.high])
+
+
 def intervals() -> dict[str, Runs]:
-    """Calibrated intervals: 600 widths of drawn forms a call, in a batch on both sides."""
+    """Calibrated intervals: 400 widths of drawn forms a call, in a batch on both sides."""
     filtered = profile_of(ring(1024)).filter("gaussian", upr=50)
     passed = np.exp2(-((np.arange(2, 512) / 50) ** 2))
     found: dict[str, Runs] = {}
@@ -110,7 +114,7 @@ def intervals() -> dict[str, Runs]:
         circle = filtered.roundness(kind)
         reading_sd = float(circle.noise_sd.mean() / np.sqrt(2 / 1024 * (passed @ passed)))
         found[f"interval of {kind}, 1024 points"] = {
-            "ours": lambda circle=circle: np.array([circle.interval().low, circle.interval().high]),
+            "ours": lambda circle=circle: ends(circle.interval()),
             "numpy": lambda kind=kind, sd=reading_sd: np.array(
                 peers.interval_by_numpy(filtered.deviation, sd, 50.0, kind == "MZC")
             ),

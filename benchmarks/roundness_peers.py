@@ -121,13 +121,16 @@ def interval_by_numpy(filtered: np.ndarray, noise_sd: float, upr: float, zone: b
     form = values(np.where(np.abs(measured) ** 2 > 2 * sd**2 * np.log(count), measured, 0.0))
     flat = np.fft.rfft(np.clip(form, form.min() + 1.5 * spread, form.max() - 1.5 * spread))
     flat[:2] = 0.0
-    bases = [form, np.fft.irfft(flat, turn), values(measured)]
-    lifts = [width(base + noise) - width(base[None]) for base in bases]
     value = width(np.fft.irfft(np.fft.rfft(filtered) * (np.arange(size // 2 + 1) > 1), size)[None])[0]
+    bases = [form, np.fft.irfft(flat, turn)] + ([values(measured)] if value < 24 * spread else [])
+    lifts = [width(base + noise) - width(base[None]) for base in bases]
     low, middle, high = np.quantile(lifts[0], (0.025, 0.5, 0.975))
     lower = min(value - middle - 1.3 * (high - middle), value - np.quantile(lifts[1], 0.975))
-    upper = value - middle + 1.15 * (middle - low)
-    return max(lower, 0.0), max(upper, value - np.quantile(lifts[2], 0.025) if value < 24 * spread else 0.0)
+    upper = [
+        value - middle + 1.15 * (middle - low),
+        *(value - np.quantile(each, 0.025) for each in lifts[2:]),
+    ]
+    return max(lower, 0.0), max(upper)
 
 
 def _distances(points: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
