@@ -59,8 +59,8 @@ print(form.interval(method="guaranteed"))
 # ``benchmarks/coverage_roundness.py``: 13 forms of 2 µm, 1024 points, Gaussian of 50 upr, phases and noise drawn anew in
 # each copy. Share of calibrated intervals of 95 % that hold the true RONt, %: mean of eight forms, worst of them, worst of
 # five others (trapezium and square wave, oval clipped, slot, one dent); largest median error of the value over the width
-# of the interval. 1000 copies about the least squares circle; in the minimum zone 1000 at 0.3 µm, 500 at 0.05 µm (the
-# others 200), 200 at 0.1 and 0.5 µm.
+# of the interval. 1000 copies about the least squares circle; in the minimum zone 1000 at 0.05 µm (the others
+# 200) and 0.3 µm, 200 at 0.1 and 0.5 µm.
 #
 # .. list-table::
 #    :header-rows: 1
@@ -73,7 +73,7 @@ print(form.interval(method="guaranteed"))
 #    * - 0.05
 #      - 97.3 (96.7); 94.2
 #      - 0.09; 0.37
-#      - 97.8 (96.6); 95.0
+#      - 97.8 (96.2); 95.0
 #      - 0.13; 0.37
 #    * - 0.1
 #      - 97.4 (96.6); 94.3
