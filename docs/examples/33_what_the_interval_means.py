@@ -56,19 +56,84 @@ print(form.interval(method="guaranteed"))
 #
 # How often it holds
 # ------------------
-# ``benchmarks/coverage_roundness.py``: forms of 2 µm, 1024 points, Gaussian of 50 upr, phases and noise drawn anew in
-# each copy; 1000 copies about the least squares circle, 200 in the minimum zone. Share of calibrated intervals of 95 %
-# that hold the true RONt; largest median error of the value over the width of the interval.
+# ``benchmarks/coverage_roundness.py``: 13 forms of 2 µm, 1024 points, Gaussian of 50 upr, phases and noise drawn anew in
+# each copy. Share of calibrated intervals of 95 % that hold the true RONt, %: mean of eight forms, worst of them, worst of
+# five others (trapezium and square wave, oval clipped, slot, one dent); largest median error of the value over the width
+# of the interval. 1000 copies about the least squares circle; in the minimum zone 1000 at 0.05 µm (the others
+# 200) and 0.3 µm, 200 at 0.1 and 0.5 µm.
 #
-# TABLE
+# .. list-table::
+#    :header-rows: 1
 #
-# "Others": trapezium and square wave, oval clipped, slot, one dent. A bar that was set before and is missed: the widest of
-# the eight about the minimum zone at 0.5 µm.
+#    * - noise of a reading, µm
+#      - LSC: mean (worst); others
+#      - median error; others
+#      - MZC: mean (worst); others
+#      - median error; others
+#    * - 0.05
+#      - 97.3 (96.7); 94.2
+#      - 0.09; 0.37
+#      - 97.8 (96.2); 95.0
+#      - 0.13; 0.37
+#    * - 0.1
+#      - 97.4 (96.6); 94.3
+#      - 0.08; 0.35
+#      - 97.5 (95.0); 95.0
+#      - 0.13; 0.37
+#    * - 0.3
+#      - 97.0 (94.2); 94.3
+#      - 0.06; 0.31
+#      - 96.8 (93.8); 93.4
+#      - 0.11; 0.32
+#    * - 0.5
+#      - 97.7 (95.1); 94.8
+#      - 0.06; 0.29
+#      - 98.2 (96.0); 92.5
+#      - 0.08; 0.26
+#
+# The guaranteed interval held in 98.1 % and more of the copies of each form. Other filters and bands, least squares
+# circle; copies as told, so that a worst case is sure to some 2 %:
+#
+# .. list-table::
+#    :header-rows: 1
+#
+#    * - filter
+#      - copies
+#      - noise 0.1 µm: mean (worst); others
+#      - noise 0.3 µm
+#    * - Gaussian band 2-15
+#      - 200
+#      - 97.2 (95.5); 95.0
+#      - 96.4 (90.5); 96.0
+#    * - Gaussian band 15-150
+#      - 150
+#      - 97.1 (94.7); 96.7
+#      - 97.8 (90.0); 96.7
+#    * - spline of 50 upr
+#      - 150
+#      - 97.9 (96.7); 92.7
+#      - 97.6 (94.0); 93.3
+#    * - 2RC of 50 upr
+#      - 150
+#      - 97.1 (95.3); 90.0
+#      - 98.7 (95.3); 96.7
+#    * - Gaussian of 50 upr, 512 points
+#      - 150
+#      - 97.2 (94.7); 89.3
+#      - 97.9 (94.0); 91.3
+#    * - Gaussian of 50 upr, 3600 points
+#      - 80
+#      - 98.4 (96.3); 92.5
+#      - 98.0 (96.3); 92.5
+#
+# Of 52 cases some lie low by chance. The two lowest were drawn again: the dip on an oval in the band 2-15 held in 95.3 % of
+# 1600 copies, the three lobes in the band 15-150, which leaves next to nothing of them, in 95.2 % of 600.
 #
 # Where it fails
 # --------------
 # * A plateau: the value without the lift is high, by up to a third of the width.
-# * Filters other than the Gaussian, bands and sections were not measured.
+# * After high passes and bands of spline and 2RC nothing was measured: the guaranteed interval is the default there. Nor
+#   was it at other cut-offs than these, where the calibrated one is.
 # * MCC and MIC have no interval: about them RONt is no norm. Neither has a robust filter, which is not linear.
 # * An interval for one form may hold in fewer than 95 of 100 copies; only the guaranteed one never does.
 # * The errors of the tester are not in it: they are in the budget (:doc:`32_a_sheet_to_sign`).

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from circle_inside import DrawnNoise, zone_widths
+from circle_inside import DrawnNoise, Filter, zone_widths
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import turn
@@ -117,6 +117,25 @@ def test_without_a_filter_it_is_guaranteed():
 def test_other_linear_filters(kind):
     ends = lobed().filter(kind, upr=50).roundness().interval()
     assert ends.method == "calibrated" and ends.low < 2e-3 < ends.high
+
+
+@pytest.mark.parametrize("upr", [(2, 15), (15, 30), (15, None)])
+def test_noise_of_a_band_on_an_even_turn(upr):
+    """Beside 1000 turns of noise alone, filtered; without 1 upr the turn stays even."""
+    rng, angle = np.random.default_rng(3), turn(1, 256)
+    form = 1e-3 * np.cos(3 * angle) + 5e-4 * np.cos(20 * angle)
+    profile = Profile(angle, 30.0 + form + 1e-4 * coverage.centred(rng.standard_normal(256)))
+    band, passed = profile.filter(upr=upr), Filter("gaussian", upr[0], upr[1] or np.inf)
+    drawn = [passed.applied(coverage.centred(row)) for row in rng.standard_normal((1000, 256))]
+    np.testing.assert_allclose(band.deviation_sd, profile.noise_sd * np.std(drawn), rtol=0.02)
+    ends = band.roundness().interval(method="calibrated")
+    assert ends.low < np.ptp(passed.applied(form)) < ends.high
+
+
+def test_bands_that_were_not_measured_are_guaranteed():
+    ways = {("gaussian", (15, 90)): "calibrated", ("gaussian", (15, None)): "guaranteed"}
+    ways |= {(kind, (15, 90)): "guaranteed" for kind in ("spline", "2rc")}
+    assert {each: lobed().filter(each[0], upr=each[1]).roundness().interval().method for each in ways} == ways
 
 
 def test_decisions(found, tmp_path):

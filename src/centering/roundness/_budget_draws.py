@@ -29,7 +29,8 @@ def lift_of(circle: Circle) -> Floats:
         return np.zeros(1)
     if is_even_noise(circle):
         noise = even_noise(circle, _PAIRS)
-        return lifts(circle.kind, seen(waves_of(circle), noise), noise, circle.radius)
+        form = seen(waves_of(circle), noise)
+        return np.asarray(lifts(circle.kind, form[np.newaxis], noise, circle.radius)[0])
     distance = np.hypot(*(circle.points - circle.center).T)
     noise_at = point_noise(circle, _POINT_PAIRS)
     return widths_at(circle.kind, circle.angle, distance, noise_at) - circle.ron_t

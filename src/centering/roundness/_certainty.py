@@ -45,7 +45,10 @@ def deviation_sd(
 
 
 def averaged_sd(sd: Floats, passed: Floats, noise_sd: float, before: float) -> Floats:
-    """Standard deviation of a form that is filtered again: smoothed, at the level of its harmonics."""
+    """Standard deviation of a form that is filtered again: smoothed, at the level of its harmonics.
+
+    `passed` is of the low pass alone: a band takes off the mean of the form, not of its noise.
+    """
     if not np.isfinite(noise_sd):
         return np.full(sd.size, np.inf)
     coef = even_harmonics(sd)

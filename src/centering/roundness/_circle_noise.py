@@ -30,6 +30,15 @@ def is_even_noise(circle: Circle) -> bool:
     return bool(np.all(np.abs(step - 1) < _UNEVEN))
 
 
+def methods_of(circle: Circle) -> tuple[str, ...]:
+    """Methods of an interval, the default first: calibrated where its coverage was measured."""
+    if not is_even_noise(circle):
+        return ("guaranteed",)
+    band = circle.origin.low > 1
+    measured = not band or (circle.filter.startswith("Gaussian") and circle.origin.high < np.inf)
+    return ("calibrated", "guaranteed") if measured else ("guaranteed", "calibrated")
+
+
 def amplitude_sd(circle: Circle) -> Floats:
     """Standard deviation of the amplitudes from 0 upr on, mm, of even noise."""
     upr = circle.noise_upr

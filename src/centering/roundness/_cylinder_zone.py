@@ -9,19 +9,18 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import linprog
 
 from centering.roundness._cylinder_curved import curved_step
 from centering.roundness._cylinder_surface import CylinderPoints, distances, slopes
+from centering.roundness._program_kernels import program
 from sdpgrind.base.checks import Bools, Floats
 
 Indices = npt.NDArray[np.int64]
 
 CURVED = 1e-6  # chosen: mm, second order that the certificate allows; 1 nm is below what a tester shows
-_TOLERANCE = 1e-10  # derived: least tolerance that HiGHS takes; lengths are in units of the range about LSC
-_VIOLATED = 1e-9  # chosen: the same, of points that are taken on
-_ENOUGH = 1e-8  # chosen: improvement that is still sought, in the same unit: 5e-11 mm of 5 um
-_ROUNDS, _STEPS = 100, 80  # chosen: programs of one step, and steps, at most; measured: 5 in 4, most 36 in 23
+_ENOUGH = 1e-8  # chosen: improvement that is still sought over the range about LSC: 5e-11 mm of 5 um
+_STEPS = 80  # chosen: steps at most; measured: 4, most 32
+_HOLDS = 1e-9  # chosen: least price of a point that holds the cylinder; all of one side add up to 1
 _FIRST = 4.0  # chosen: first box in ranges about the least-squares cylinder; the centre moves by less
 _POOR, _GOOD = 0.25, 0.75  # chosen: true over promised improvement below and above which the box changes
 _FAR = 0.25  # chosen: move over the radius beyond which nothing holds the cylinder
@@ -116,13 +115,12 @@ def _better_step(
     return (step, curved) if curved < tried else (found.step, tried)
 
 
-class _Working:
-    """Points of a linear program, kept from step to step."""
+class _Working(NamedTuple):
+    """Points, sides that count, and the unit of length of programs, mm."""
 
-    def __init__(self, surface: CylinderPoints, sides: _Sides, unit: float) -> None:
-        self.surface, self.sides, self.unit = surface, sides, unit
-        self.high = self.low = np.empty(0, dtype=np.int64)
-        self._bands = _bands(surface.z)
+    surface: CylinderPoints
+    sides: _Sides
+    unit: float
 
     def width(self, place: Floats) -> float:
         """True width at a place, mm."""
@@ -131,56 +129,12 @@ class _Working:
     def program(self, place: Floats, box: float) -> _Found:
         """Best step within a box (mm), with all points."""
         distance, slope = slopes(self.surface, place)
-        level = float(distance.mean())
+        level, sides, rows = float(distance.mean()), self.sides, np.empty(6, dtype=np.int64)
         height = (distance - level) / self.unit
-        self._take_on(height, -np.inf, np.inf)
-        for _ in range(_ROUNDS):
-            x, marginals = self._solved(height, slope, box / self.unit)
-            moved, top, bottom = height + slope @ x[:4], x[4], x[5]
-            if not self._take_on(moved, top + _VIOLATED, bottom - _VIOLATED):
-                break
-        width = self.unit * (top * self.sides.outer - bottom * self.sides.inner) + level * (
-            self.sides.outer - self.sides.inner
-        )
-        held = np.flatnonzero(marginals < 0)
-        both = np.concatenate([self.high, self.low])
-        outer = held < self.high.size
-        return _Found(self.unit * x[:4], float(width), both[held], outer, -marginals[held])
-
-    def _take_on(self, height: Floats, top: float, bottom: float) -> bool:
-        """Take on the highest and the lowest point of each band beyond the limits; whether there were any."""
-        before = self.high.size + self.low.size
-        if self.sides.outer:
-            self.high = np.union1d(self.high, _beyond(height, top, self._bands))
-        if self.sides.inner:
-            self.low = np.union1d(self.low, _beyond(-height, -bottom, self._bands))
-        return self.high.size + self.low.size > before
-
-    def _solved(self, height: Floats, slope: Floats, box: float) -> tuple[Floats, Floats]:
-        """Step, top and bottom of the program with the points at hand, and the prices of its rows."""
-        high, low = self.high, self.low
-        rows = np.zeros((high.size + low.size, 6))
-        rows[: high.size, :4], rows[: high.size, 4] = slope[high], -1.0
-        rows[high.size :, :4], rows[high.size :, 5] = -slope[low], 1.0
-        limits = np.concatenate([-height[high], height[low]])
-        cost = np.array([0.0, 0.0, 0.0, 0.0, float(self.sides.outer), -float(self.sides.inner)])
-        free = [(None, None) if each else (0.0, 0.0) for each in self.sides]
-        options = {"primal_feasibility_tolerance": _TOLERANCE, "dual_feasibility_tolerance": _TOLERANCE}
-        found = linprog(
-            cost, rows, limits, bounds=[(-box, box)] * 4 + free, method="highs-ds", options=options
-        )
-        if found.status != 0:
-            raise RuntimeError(f"HiGHS must solve a bounded program; got: {found.message}")
-        return found.x, found.ineqlin.marginals
-
-
-def _bands(z: Floats) -> list[Indices]:
-    """Points of bands of height, of about equal numbers."""
-    count = min(8, z.size // 6)  # chosen: bands; as many points each way enter a program at once
-    return np.array_split(np.argsort(z, kind="stable"), count)
-
-
-def _beyond(height: Floats, limit: float, bands: list[Indices]) -> Indices:
-    """Highest point of each band above a limit."""
-    highest = np.array([band[np.argmax(height[band])] for band in bands])
-    return np.asarray(highest[height[highest] > limit])
+        x, prices, solved = program(height, slope, box / self.unit, *sides, rows)
+        if not solved:
+            raise RuntimeError("the linear program of a cylinder must end; its rows say nothing new")
+        width = self.unit * (x[4] * sides.outer - x[5] * sides.inner) + level * (sides.outer - sides.inner)
+        held = (rows < 2 * height.size) & (prices > _HOLDS)
+        contacts, outer = rows[held] % height.size, rows[held] < height.size
+        return _Found(self.unit * x[:4], float(width), contacts, outer, prices[held])

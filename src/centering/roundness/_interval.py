@@ -66,9 +66,10 @@ class DrawnNoise:
             drawn = self.values(self.sd * (parts[..., 0] - 1j * parts[..., 1]))
             yield np.concatenate([drawn, -drawn])
 
-    def widths(self, kind: str, form: Floats | float, radius: float) -> Floats:
-        """RONt of a form with each draw of noise, mm."""
-        return np.concatenate([widths(kind, form + drawn, radius) for drawn in self.draws()])
+    def widths(self, kind: str, forms: Floats, radius: float) -> Floats:
+        """RONt of each form (m, size) with each draw of noise, (m, b), mm; they share the draws."""
+        found = [[widths(kind, form + drawn, radius) for form in forms] for drawn in self.draws()]
+        return np.concatenate(found, axis=1)
 
     def values(self, amplitude: Floats | Complex) -> Floats:
         """Forms on the turn of complex amplitudes of 2 upr on, mm."""
@@ -96,7 +97,7 @@ def widths(kind: str, forms: Floats, radius: float) -> Floats:
 
 def guaranteed(kind: str, value: float, noise: DrawnNoise, radius: float, tail: float) -> tuple[float, float]:
     """Ends that hold for every form with the chance 1 - 2 tail or more, mm."""
-    lifted = float(np.quantile(noise.widths(kind, 0.0, radius), 1 - tail))
+    lifted = float(np.quantile(noise.widths(kind, np.zeros((1, 1)), radius), 1 - tail))
     spread = noise.deviation_sd * sqrt(2 * (1 - noise.least_correlation))
     return max(value - lifted, 0.0), value + float(norm.isf(tail)) * spread
 
@@ -105,16 +106,16 @@ def calibrated(
     kind: str, value: float, amplitude: Complex, noise: DrawnNoise, radius: float, tail: float
 ) -> tuple[float, float, float]:
     """Both ends and the value without the lift of the noise, mm; `amplitude` of 2 upr on, filtered."""
-    measured = amplitude[: noise.sd.size]
-    form = seen(measured, noise)
-    low, middle, high = np.quantile(lifts(kind, form, noise, radius), (tail, 0.5, 1 - tail))
+    form, unsure = seen(amplitude, noise), value < _NOISY * noise.deviation_sd
+    forms = [form, _without_ripple(form, noise)]
+    forms += [noise.values(amplitude[: noise.sd.size])] if unsure else []
+    lift = lifts(kind, np.array(forms), noise, radius)
+    low, middle, high = np.quantile(lift[0], (tail, 0.5, 1 - tail))
     best = value - middle
-    lowest = float(np.quantile(lifts(kind, _without_ripple(form, noise), noise, radius), 1 - tail))
-    lower = min(best - _DEEPER * (high - middle), value - lowest)
+    lower = min(best - _DEEPER * (high - middle), value - float(np.quantile(lift[1], 1 - tail)))
     upper = best + _WIDER * (middle - low)
-    if value < _NOISY * noise.deviation_sd:
-        again = lifts(kind, noise.values(measured), noise, radius)
-        upper = max(upper, value - float(np.quantile(again, tail)))
+    if unsure:
+        upper = max(upper, value - float(np.quantile(lift[2], tail)))
     return max(float(lower), 0.0), float(upper), max(float(best), 0.0)
 
 
@@ -125,9 +126,9 @@ def seen(amplitude: Complex, noise: DrawnNoise) -> Floats:
     return noise.values(np.where(out, measured, 0.0))
 
 
-def lifts(kind: str, form: Floats, noise: DrawnNoise, radius: float) -> Floats:
-    """Increase of RONt of a form by each draw of noise, mm."""
-    return noise.widths(kind, form, radius) - widths(kind, form, radius)
+def lifts(kind: str, forms: Floats, noise: DrawnNoise, radius: float) -> Floats:
+    """Increase of RONt of each form (m, size) by each draw of noise, (m, b), mm."""
+    return noise.widths(kind, forms, radius) - widths(kind, forms, radius)[:, np.newaxis]
 
 
 def _without_ripple(form: Floats, noise: DrawnNoise) -> Floats:

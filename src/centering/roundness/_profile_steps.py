@@ -70,8 +70,9 @@ def filtered_evenly(profile: Measured, asked: Filter) -> Made:
     sd = _thinned(harmonic_sd(profile, passed.size), passed)
     left = profile.deviation - deviation
     made = _even(profile, profile.circle.value, deviation, sd, asked, "by FFT", left)
+    smooth = asked._replace(low=1.0).transmission(np.arange(passed.size), profile.angle.size)
     return dataclasses.replace(
-        made, sd=averaged_sd(profile.deviation_sd, passed, sd_of_harmonics(sd[2:]), profile.noise_sd)
+        made, sd=averaged_sd(profile.deviation_sd, smooth, sd_of_harmonics(sd[2:]), profile.noise_sd)
     )
 
 

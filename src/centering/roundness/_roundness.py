@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from centering.roundness._budget import Budget, budget_of
-from centering.roundness._circle_noise import NORMS, interval_of, is_even_noise
+from centering.roundness._circle_noise import NORMS, interval_of, methods_of
 from centering.roundness._form_change import FormChange
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._instrument import Instrument
@@ -143,15 +143,16 @@ class Roundness(Described, ByValue, Result):
 
         How far noise lifts RONt depends on how many places of the form tie for the highest and the lowest.
         The calibrated interval draws noise about the harmonics that stand out of it; in simulations
-        of 13 forms it held the truth (LSC) in 90 to 100 of 100 copies at a confidence of 0.95, for which
-        its factors were found. The guaranteed one assumes nothing of the form and is twice as wide.
+        of 13 forms it held the truth in 90 to 100 of 100 copies at a confidence of 0.95, for which its
+        factors were found. The guaranteed one assumes nothing of the form and is twice as wide.
 
         Parameters
         ----------
         confidence : float
             Chance that such an interval holds the truth, 0.5 ... 0.999, unit 1.
         method : {"calibrated", "guaranteed"}, optional
-            Method. Default: calibrated after a filter, else guaranteed, as where a gap was bridged.
+            Method. Default: calibrated after a low pass or a Gaussian band, guaranteed after a high pass or
+            another band, for which no simulation was made, without a filter and where a gap was bridged.
 
         Returns
         -------
@@ -187,7 +188,7 @@ class Roundness(Described, ByValue, Result):
                 "an interval needs the noise of the deviations: measure several turns, or give noise_sd (mm)"
                 " to reference_circle; after a robust filter it is not known"
             )
-        methods = ("calibrated", "guaranteed") if is_even_noise(self) else ("guaranteed",)
+        methods = methods_of(self)
         asked = methods[0] if method is None else checks.one_of("method", method, methods)
         return interval_of(self, share, asked)
 

@@ -1,0 +1,104 @@
+"""The linear program of an extreme cylinder on linearised distances, by exchange of one row of six.
+
+Unknown are the step of the place (4), top and bottom, in any unit of length. A row is a point under the top,
+a point over the bottom, or a wall of the box of steps: row @ unknown >= limit. Six rows with prices >= 0 that
+add up to the cost prove a lower bound. The row that is violated most enters, that whose price ends first
+leaves, and the bound rises, until no row is violated.
+"""
+
+import numpy as np
+
+from sdpgrind.base.compiling.compiled import compiled
+
+_VIOLATED = 1e-10  # chosen: violation that is left, over the larger of 1 and the box; rounding is some 1e-14
+_TURNS = 1e-9  # chosen: least share of a row in the one that enters; less says nothing but rounding
+_STEPS = 500  # chosen: exchanges at most; measured: 23 for 7 x 360 points
+
+
+@compiled
+def program(height, slope, box, outer, inner, rows):
+    """Least outer * top - inner * bottom, steps within a box: unknown (6,), prices (6,), whether solved.
+
+    Writes the six rows that hold it to `rows`: point k under the top k, over the bottom n + k, then walls.
+    """
+    start(height, slope, outer, inner, rows)
+    matrix, limits, cost = np.zeros((6, 6)), np.zeros(6), np.zeros(6)
+    cost[4], cost[5] = outer, -inner
+    entering = np.zeros(6)
+    for k in range(6):
+        limits[k] = _row(rows[k], height, slope, box, matrix[k])
+    for _ in range(_STEPS):
+        inverse = np.linalg.inv(matrix)
+        unknown, prices = inverse @ limits, inverse.T @ cost
+        enters, violated = _violated(height, slope, box, outer, inner, unknown)
+        if violated <= _VIOLATED * max(1.0, box):
+            return unknown, prices, True
+        limit = _row(enters, height, slope, box, entering)
+        leaves = _leaving(inverse.T @ entering, prices)
+        if leaves < 0:
+            break
+        rows[leaves], matrix[leaves], limits[leaves] = enters, entering, limit
+    return unknown, prices, False
+
+
+@compiled
+def start(height, slope, outer, inner, rows):
+    """Six rows whose prices are >= 0: highest and lowest point, and the walls that face their difference."""
+    n, high, low = height.size, np.argmax(height), np.argmin(height)
+    for k in range(4):
+        pull = outer * slope[high, k] - inner * slope[low, k]
+        rows[k] = 2 * n + 2 * k + (0 if pull >= 0.0 else 1)
+    rows[4] = high if outer else 2 * n + 8
+    rows[5] = n + low if inner else 2 * n + 9
+
+
+@compiled
+def _row(code, height, slope, box, row):
+    """Write the coefficients of a row; return its limit."""
+    n = height.size
+    row[:] = 0.0
+    if code < 2 * n:
+        sign, point = (-1.0, code) if code < n else (1.0, code - n)
+        row[:4] = sign * slope[point]
+        row[4 if code < n else 5] = -sign
+        return -sign * height[point]
+    wall = code - 2 * n
+    if wall < 8:
+        row[wall // 2] = 1.0 if wall % 2 == 0 else -1.0
+        return -box
+    row[wall - 4] = 1.0  # a side that does not count stays at 0
+    return 0.0
+
+
+@compiled
+def _violated(height, slope, box, outer, inner, unknown):
+    """Row that is violated most, and its violation."""
+    n, top, bottom = height.size, unknown[4], unknown[5]
+    a, b, c, d = unknown[0], unknown[1], unknown[2], unknown[3]
+    far, near, most, least = 0, 0, -np.inf, np.inf
+    for k in range(n):
+        moved = height[k] + slope[k, 0] * a + slope[k, 1] * b + slope[k, 2] * c + slope[k, 3] * d
+        if moved > most:
+            far, most = k, moved
+        if moved < least:
+            near, least = k, moved
+    code, worst = far, (most - top if outer else -np.inf)
+    if inner and bottom - least > worst:
+        code, worst = n + near, bottom - least
+    for k in range(4):
+        beyond = abs(unknown[k]) - box
+        if beyond > worst:
+            code, worst = 2 * n + 2 * k + (0 if unknown[k] < 0.0 else 1), beyond
+    return code, worst
+
+
+@compiled
+def _leaving(shares, prices):
+    """Row whose price ends first as that of the entering one grows; of equals that of the largest share."""
+    leaves, least = -1, np.inf
+    for k in range(6):
+        if shares[k] > _TURNS:
+            ratio = max(prices[k], 0.0) / shares[k]
+            if ratio < least or (ratio == least and shares[k] > shares[leaves]):
+                leaves, least = k, ratio
+    return leaves
