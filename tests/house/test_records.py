@@ -9,6 +9,7 @@ from hypothesis.extra import numpy as hnp
 
 import sdpgrind
 from sdpgrind.base import records
+from sdpgrind.base.whole_files import whole_file
 
 DTYPES = st.sampled_from(["bool", "int8", "int16", "int32", "int64", "uint8", "float32", "float64"])
 
@@ -40,7 +41,7 @@ def _within(dtype):
 def test_a_failed_write_leaves_nothing_behind(tmp_path):
     target = tmp_path / "file.nc"
     target.write_text("before")
-    with pytest.raises(RuntimeError), records.whole_file(target) as temporary:
+    with pytest.raises(RuntimeError), whole_file(target) as temporary:
         temporary.write_text("half")
         raise RuntimeError
     assert target.read_text() == "before"

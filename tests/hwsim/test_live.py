@@ -161,7 +161,7 @@ def test_a_part_that_ends_within_a_late_step():
 
 def test_an_event_within_a_late_step_is_told_when_it_was():
     class Watching(Drain):
-        tier, commands = "alarm", {}  # noqa: RUF012
+        tier, commands = "alarm", {}
 
         def step(self, **read):
             return {}

@@ -1,6 +1,7 @@
 """Exit statuses of commands, their one line of text, and the lock of a folder."""
 
 import os
+import re
 import resource
 import signal
 import sqlite3
@@ -17,6 +18,7 @@ from hwsim._log.journal import SecondWriterError
 from hwsim.cli import main
 from hwsim.command._lock import LockedError, locked
 from hwsim.command._statuses import Terminated, ended
+from sdpgrind.base.whole_files import remove_leftovers, whole_file
 
 COMMAND = [sys.executable, "-c", "import sys; from _hwsim import main; sys.exit(main())"]  # as the script
 BEADS = ["weldbead", "--preset", "P1", "--no-pictures", "--tolerance", "0.05"]
@@ -156,3 +158,18 @@ def test_a_signal_leaves_one_line_and_no_lock(number, status, wait, tmp_path):
     assert "Traceback" not in said
     assert said.splitlines()[-1].endswith("the same command with the same --out goes on from here")
     assert not (tmp_path / "run.lock").exists()
+
+
+def test_what_a_killed_process_left_is_removed_at_the_next_start(tmp_path):
+    owner = (
+        "import os, sys; from sdpgrind.base.whole_files import whole_file\n"
+        "with whole_file(sys.argv[1]): os.kill(os.getpid(), 9)"
+    )
+    subprocess.run([sys.executable, "-c", owner, str(tmp_path / "run.nc")], check=False, timeout=100)
+    (dead,) = tmp_path.iterdir()
+    with whole_file(tmp_path / "plan.nc") as mine:
+        elsewhere = dead.with_name(re.sub("@.+?\\.", "@elsewhere.", dead.name))
+        elsewhere.touch()
+        (tmp_path / ".users.part").touch()
+        remove_leftovers(tmp_path)
+        assert sorted(tmp_path.iterdir()) == sorted([mine, elsewhere, tmp_path / ".users.part"])

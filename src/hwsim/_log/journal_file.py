@@ -12,7 +12,7 @@ from hwsim._log.labels import Labels
 from hwsim._log.packed import unpacked
 from sdpgrind.base import records
 from sdpgrind.base.damaged import DamagedFileError
-from sdpgrind.base.records import whole_file
+from sdpgrind.base.whole_files import whole_file
 
 VERSION, OLD = "2", "1"
 """Version that is written, and that of 0.1.0, which has no digests."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from hwsim._log import journal_file
 from hwsim._log.journal_file import OLD, VERSION, BrokenError, Row
 from sdpgrind.base.damaged import DamagedFileError
-from sdpgrind.base.records import whole_file
+from sdpgrind.base.whole_files import whole_file
 
 _ROLLBACK = "-journal"  # what SQLite appends to the name of the file that undoes a broken transaction
 

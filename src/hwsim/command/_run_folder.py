@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 from hwsim._log.fingerprint import fingerprint
 from hwsim.command._lock import locked
 from sdpgrind.base.extras import need
-from sdpgrind.base.records import whole_file
+from sdpgrind.base.whole_files import remove_leftovers, whole_file
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -38,6 +38,7 @@ class RunFolder:
     def _lock(self) -> None:
         if not self._locked:
             self._held.enter_context(locked(self.path))
+            remove_leftovers(self.path)
             self._locked = True
 
     def __str__(self) -> str:

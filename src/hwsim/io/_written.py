@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sdpgrind.base.records import whole_file
+from sdpgrind.base.whole_files import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,7 +5,6 @@ digest is BLAKE2b-256 of the file with these digits as "0". It shows damage, not
 file can write its digest.
 """
 
-import os
 from enum import Enum
 from hashlib import blake2b
 from pathlib import Path
@@ -66,15 +65,3 @@ def _digest(raw: bytes, start: int) -> bytes:
         for piece in (view[:start], _BLANK, view[start + _DIGITS :]):
             state.update(piece)
     return state.hexdigest().encode()
-
-
-def durable(path: Path) -> None:
-    """Have the operating system write a file, or what stands in a folder, to the disk."""
-    folder = path.is_dir()
-    if folder and os.name == "nt":  # Windows keeps folders by itself and opens none
-        return
-    handle = os.open(path, os.O_RDONLY if folder else os.O_RDWR)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

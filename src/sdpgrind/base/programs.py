@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from sdpgrind.base.records import whole_file
+from sdpgrind.base.whole_files import whole_file
 
 _ROUNDING = 1e-9  # derived: greatest distances of equal courses differ by less, relative
 

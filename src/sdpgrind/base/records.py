@@ -4,12 +4,10 @@ The attribute ``kind`` of a file names its content. Packages register kinds as e
 ``sdpgrind.records``; `load` finds the class. No parser sees bytes whose digest is wrong.
 """
 
-import contextlib
 import os
-import tempfile
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from io import BytesIO
@@ -22,6 +20,7 @@ from sdpgrind.base import checks, integrity
 from sdpgrind.base.damaged import DamagedFileError, OldFileWarning
 from sdpgrind.base.integrity import Verdict
 from sdpgrind.base.warned import warn
+from sdpgrind.base.whole_files import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,31 +91,6 @@ class Record(Saved):
     @classmethod
     def _file_kind(cls) -> str:
         return cls.kind
-
-
-@contextlib.contextmanager
-def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary path next to `path`, renamed to `path` when the block succeeds."""
-    target = checks.path("path", path)
-    if not target.parent.is_dir():
-        raise FileNotFoundError(f"path must lie in an existing folder; got {str(target)!r}")
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        temporary.chmod(0o666 & ~_umask())
-        integrity.durable(temporary)
-        temporary.replace(target)
-        integrity.durable(target.parent)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def write(dataset: "xr.Dataset", path: str | os.PathLike[str], kind: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
 from hwsim.command._work import announce
 from hwsim.command.base import AreaCommand
-from sdpgrind.base.records import whole_file
+from sdpgrind.base.whole_files import whole_file
 
 if TYPE_CHECKING:
     from hwsim.command._finishing.toml import Job

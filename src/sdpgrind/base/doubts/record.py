@@ -16,8 +16,9 @@ from sdpgrind.base.doubts.alignment import Alignment
 from sdpgrind.base.doubts.asked_of import asked_of, data_lines
 from sdpgrind.base.doubts.rows import Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake
-from sdpgrind.base.records import Record, whole_file
+from sdpgrind.base.records import Record
 from sdpgrind.base.reported import Reported
+from sdpgrind.base.whole_files import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr

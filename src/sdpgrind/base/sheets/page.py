@@ -8,11 +8,11 @@ from importlib.resources import files
 from typing import Any
 
 from sdpgrind.base.extras import need
-from sdpgrind.base.records import whole_file
 from sdpgrind.base.sheets import blocks as forms
 from sdpgrind.base.sheets import seal
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Embedded, Heading, Listing, Picture, Sentences
 from sdpgrind.base.sheets.svg import svg_of
+from sdpgrind.base.whole_files import whole_file
 
 _KEPT = "\n\t"  # control characters that a page may hold
 

@@ -4,7 +4,7 @@ import os
 from typing import Any
 
 from sdpgrind.base import checks
-from sdpgrind.base.records import whole_file
+from sdpgrind.base.whole_files import whole_file
 
 
 def ending_of(path: str | os.PathLike[str]) -> str:

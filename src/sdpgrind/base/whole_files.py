@@ -1,0 +1,76 @@
+"""Files that appear complete or not at all, and what killed processes left of them."""
+
+import contextlib
+import os
+import re
+import socket
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from sdpgrind.base import checks
+
+_OWNER = re.compile(r"\..+\.(\d+)@([\w-]+)\.\w+\.part")
+"""Name of a temporary file: of the file, process, computer, and what makes it unique."""
+
+
+@contextlib.contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield a temporary path next to `path`, renamed to `path` when the block succeeds."""
+    target = checks.path("path", path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"path must lie in an existing folder; got {str(target)!r}")
+    owner = f".{target.name}.{os.getpid()}@{_computer()}."
+    handle, name = tempfile.mkstemp(prefix=owner, suffix=".part", dir=target.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o666 & ~_umask())
+        durable(temporary)
+        temporary.replace(target)
+        durable(target.parent)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _computer() -> str:
+    return re.sub(r"[^\w-]", "-", socket.gethostname())
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def durable(path: Path) -> None:
+    """Have the operating system write a file, or what stands in a folder, to the disk."""
+    folder = path.is_dir()
+    if folder and os.name == "nt":  # Windows keeps folders by itself and opens none
+        return
+    handle = os.open(path, os.O_RDONLY if folder else os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove temporary files in a folder whose process, of this computer, is dead."""
+    for file in folder.glob(".*.part"):
+        owner = _OWNER.fullmatch(file.name)
+        if owner and owner[2] == _computer() and not _lives(int(owner[1])):
+            file.unlink(missing_ok=True)
+
+
+def _lives(process: int) -> bool:
+    if os.name == "nt":  # where a signal of 0 would end the process
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # of another user
+        return True
+    return True
