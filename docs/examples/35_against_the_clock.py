@@ -40,7 +40,9 @@ axes.plot(table.time[:-1], steps, ".", label="the step itself")
 axes.set(xlabel="time in the part, s", ylabel="ms", yscale="log", title="Delays of the steps of one part")
 axes.legend()
 worst = 1e3 * float(log.outcome.longest_step[0])
-print(f"{steps.size} steps, {int(log.outcome.overruns[0])} releases missed; the longest step was under 500 ms: {worst < 500}")
+print(
+    f"{steps.size} steps, {int(log.outcome.overruns[0])} releases missed; the longest step was under 500 ms: {worst < 500}"
+)
 
 # %%
 # A controller that hangs
@@ -66,7 +68,9 @@ class Hanging(plunge.CycleController):
 with tempfile.TemporaryDirectory() as folder:
     path = Path(folder, "shift.db")
     try:
-        hwsim.run(grinder, Hanging(problem), live=hwsim.Live(safe={"retract": 1.0}, deadline=0.5), journal=path)
+        hwsim.run(
+            grinder, Hanging(problem), live=hwsim.Live(safe={"retract": 1.0}, deadline=0.5), journal=path
+        )
     except hwsim.Aborted as error:
         print(error)
         last = error.log.outcome.isel(part=-1)
