@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from centering.roundness import Profile, Sections
 from centering.roundness import _cylinder_zone as zones
 from centering.roundness._program_kernels import program
 
@@ -65,3 +66,25 @@ def test_prices_prove_the_width(kind, seed, size, levels):
     assert prices[below].sum() == pytest.approx(float(sides.inner), abs=1e-12)
     proved = weights @ height - box * np.abs(weights @ slope).sum()
     assert unknown[4] * sides.outer - unknown[5] * sides.inner == pytest.approx(proved, abs=1e-11)
+
+
+@pytest.mark.parametrize("spike", [123, 257, 298, 303])
+def test_a_small_share_beside_a_large_one_of_the_same_ratio_is_no_cycle(spike):
+    """One reading 10 µm high on a perfect cylinder of 5 x 90."""
+    around = np.linspace(0.0, 2 * np.pi, 90, endpoint=False)
+    reading = np.full((5, 90), 25.0)
+    reading.flat[spike] += 0.01
+    shaft = Sections([Profile(around, row) for row in reading], np.linspace(0.0, 30.0, 5))
+    found = shaft.cylinder("MCC")
+    assert 0.0 < found.cyl_t <= 0.01 + 1e-9
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_rows_that_nearly_repeat_are_solved(seed):
+    height, slope = drawn(seed, 60, 5)
+    rng = np.random.default_rng(seed)
+    near = 10.0 ** rng.uniform(-12, -4)
+    height = np.concatenate([height, height + near * rng.normal(size=60)])
+    slope = np.vstack([slope, slope + near * rng.normal(size=slope.shape)])
+    for outer, inner in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0)):
+        assert program(height, slope, 1.0, outer, inner, np.zeros(6, dtype=np.int64))[2]

@@ -66,6 +66,8 @@ class Budget(Described, ByValue, Result):
         if circle.kind not in NORMS:
             rule = "LSC or MZC for a budget: about others no bound of a spindle's effect on RONt is known"
             raise checks.refuse("kind", rule, circle.kind)
+        if circle.origin.hidden:
+            raise ValueError(f"no budget of RONt: {circle.origin.hidden}")
         if not circle.noise_sd.size:
             raise ValueError(
                 "a budget needs the noise of the deviations: measure several turns, or give noise_sd (mm) of"

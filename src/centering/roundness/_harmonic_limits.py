@@ -44,7 +44,7 @@ class LimitDecision(NamedTuple):
     low, high : int
         Band of the limit, upr (unit 1).
     upr : int
-        Harmonic of the largest size in the band, upr (unit 1).
+        Harmonic that makes the decision, upr (unit 1): surely above, or the one that may be largest.
     size, half, limit : float
         Its amplitude, or height from valley to peak, half of its 95 % interval, and the limit, mm.
     above : int
@@ -136,13 +136,20 @@ def exceeded(limits: Limits, upr: Floats, size: Floats, sd: Floats) -> tuple[Exc
 def decision(
     limit: tuple[int, int, float], upr: Floats, size: Floats, sd: Floats, quantity: str
 ) -> LimitDecision:
-    """Return the decision on a limit by the harmonic nearest to it or farthest above (size, sd in mm)."""
+    """Return the decision on a limit by the harmonic that makes it (size, sd in mm).
+
+    One that is surely above, or else the one that may be largest: sizes of a band are known unequally well.
+    """
     low, high, most = limit
     within = np.flatnonzero((upr >= low) & (upr <= high))
-    worst = within[np.argmax(size[within])]
+    half = _SURE * sd[within]
+    sure, may = size[within] - half, size[within] + half
+    worst = int(np.argmax(sure)) if np.any(sure > most) else int(np.argmax(may))
     above = int(np.sum(size[within] > most))
-    half = _SURE * float(sd[worst])
-    return LimitDecision(low, high, int(upr[worst]), float(size[worst]), half, most, above, quantity)
+    here = within[worst]
+    return LimitDecision(
+        low, high, int(upr[here]), float(size[here]), float(half[worst]), most, above, quantity
+    )
 
 
 def least_limits(limits: Limits, upr: Floats) -> Floats:

@@ -30,6 +30,8 @@ class Origin:
 
     `suspects`: readings that look like asperities, counted before a filter; -1: not looked for.
 
+    `hidden`: why the noise cannot be known from the readings, looked at before a filter; "": it can.
+
     `noise_given`: whether `noise_sd` was given by the user.
 
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
@@ -51,6 +53,7 @@ class Origin:
     lost: tuple[int, ...] = ()
     noise_given: bool = False
     suspects: int = -1
+    hidden: str | None = None
     source: str = dataclasses.field(default="", compare=False)
 
 

@@ -150,7 +150,9 @@ class Profile(FormerNames, SteppedReadings, Plan):
             When the samples cover less than half a turn, or nothing fixes the circle.
         """
         found = steps_of.roundness(self, kind)
-        return found.replace(origin=dataclasses.replace(found.origin, suspects=self._suspects))
+        return found.replace(
+            origin=dataclasses.replace(found.origin, suspects=self._suspects, hidden=self._hidden)
+        )
 
     def compare(
         self,

@@ -31,7 +31,7 @@ def program(height, slope, box, outer, inner, rows):
         inverse = np.linalg.inv(matrix)
         unknown, prices = inverse @ limits, inverse.T @ cost
         enters, violated = _violated(height, slope, box, outer, inner, unknown)
-        if violated <= _VIOLATED * max(1.0, box):
+        if violated <= _VIOLATED * max(1.0, box) or _holds(rows, enters):
             return unknown, prices, True
         limit = _row(enters, height, slope, box, entering)
         leaves = _leaving(inverse.T @ entering, prices)
@@ -39,6 +39,12 @@ def program(height, slope, box, outer, inner, rows):
             break
         rows[leaves], matrix[leaves], limits[leaves] = enters, entering, limit
     return unknown, prices, False
+
+
+@compiled
+def _holds(rows, enters):
+    """Whether the row to enter is one of the six: what it is violated by is rounding."""
+    return np.any(rows == enters)
 
 
 @compiled
@@ -94,11 +100,17 @@ def _violated(height, slope, box, outer, inner, unknown):
 
 @compiled
 def _leaving(shares, prices):
-    """Row whose price ends first as that of the entering one grows; of equals that of the largest share."""
-    leaves, least = -1, np.inf
+    """Row whose price ends first as that of the entering one grows; of nearly equal ones the largest share.
+
+    Harris (1973): a small share beside a large one of nearly the same ratio would make the six rows alike.
+    """
+    least = np.inf
     for k in range(6):
         if shares[k] > _TURNS:
-            ratio = max(prices[k], 0.0) / shares[k]
-            if ratio < least or (ratio == least and shares[k] > shares[leaves]):
-                leaves, least = k, ratio
+            least = min(least, (max(prices[k], 0.0) + _TURNS) / shares[k])
+    leaves = -1
+    for k in range(6):
+        near = shares[k] > _TURNS and max(prices[k], 0.0) <= least * shares[k]
+        if near and (leaves < 0 or shares[k] > shares[leaves]):
+            leaves = k
     return leaves

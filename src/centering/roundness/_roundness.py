@@ -188,6 +188,8 @@ class Roundness(Described, ByValue, Result):
                 "an interval needs the noise of the deviations: measure several turns, or give noise_sd (mm)"
                 " to reference_circle; after a robust filter it is not known"
             )
+        if self.origin.hidden:
+            raise ValueError(self.why_no_interval)
         methods = methods_of(self)
         asked = methods[0] if method is None else checks.one_of("method", method, methods)
         return interval_of(self, share, asked)
@@ -198,7 +200,7 @@ class Roundness(Described, ByValue, Result):
         if self.kind not in NORMS:
             return f"no interval of RONt is proved about {self.kind}, only about LSC and MZC"
         if self.noise_sd.size:
-            return ""
+            return f"no interval of RONt: {self.origin.hidden}" if self.origin.hidden else ""
         if "robust" in self.filter:
             return "no interval of RONt is proved after a robust filter, which is not linear"
         return (

@@ -11,6 +11,7 @@ from centering.roundness._asperities import asked_for, suspects, without_asperit
 from centering.roundness._correction import corrected
 from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._given_readings import GivenReadings
+from centering.roundness._hidden_noise import hidden_noise
 from centering.roundness._known_noise import with_known_noise
 from centering.roundness._origin import Made
 from centering.roundness._robust_filter import LEAST
@@ -310,8 +311,14 @@ class SteppedReadings(GivenReadings):
             return self._made(steps_of.filtered_robustly(self, asked))
         how = steps_of.filtered_evenly if is_even(self.part_angle) else steps_of.filtered
         made = self._made(how(self, asked))
-        made._note(suspects=self._suspects)
+        made._note(suspects=self._suspects, hidden=self._hidden)
         return made
+
+    @cached_property
+    def _hidden(self) -> str:
+        """Reason why the noise cannot be known from the readings; "": it can."""
+        known = self._origin.hidden
+        return (known or "") if known is not None or self._origin.sd else hidden_noise(self)
 
     @cached_property
     def _suspects(self) -> int:

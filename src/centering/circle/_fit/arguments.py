@@ -16,6 +16,7 @@ COARSE = 0.75  # chosen: rad; mean step of several turns that is refused, as in 
 DOUBTFUL = 0.08  # chosen: rad; mean step from which several turns are tried as degrees; finer is plausible
 BETTER = 0.25  # chosen: largest residual squares as degrees, over those as rad, of angles in degrees
 SMALL = 1e-9  # chosen: residual over the largest reading that is rounding
+_NEAR = 0.36  # chosen: a thousandth of a turn of 360; the nearest whole turns in rad are 0.7 away
 
 
 def readings(
@@ -78,6 +79,8 @@ def evidence_of_degrees(angle: Floats, reading: Floats) -> str:
     """Return the evidence for degrees in words; "" if there is none."""
     span = float(angle.max() - angle.min())
     step = span / (angle.size - 1)
+    if span > 4 * pi and _whole_in_degrees(span, step):
+        return f"a span of {span:.6g}, with {angle.size} readings,"
     if span <= 4 * pi or step <= DOUBTFUL:
         return ""
     if step > COARSE:
@@ -87,6 +90,12 @@ def evidence_of_degrees(angle: Floats, reading: Floats) -> str:
     if as_rad > least and as_degrees < BETTER * as_rad:
         return f"{span / (2 * pi):.3g} turns, of which the readings go on as over {span:.4g} deg,"
     return ""
+
+
+def _whole_in_degrees(span: float, step: float) -> bool:
+    """Whether a span, with its last step or without, is one to five turns of 360."""
+    turns = range(1, 6)  # chosen: from ten on whole turns in rad come as near
+    return any(abs(value - 360.0 * m) <= _NEAR for value in (span, span + step) for m in turns)
 
 
 def _left(angle: Floats, reading: Floats) -> float:

@@ -51,6 +51,8 @@ def harmonic_limits(given: list[str]) -> dict[int | tuple[int, int], float]:
                 f" 42=0.05um or 2-15=0.5um; got {text!r}"
             )
         key = int(split[1]) if split[2] is None else (int(split[1]), int(split[2]))
+        if key in found:
+            raise ValueError(f"--harmonic-limit must be given once for {split[0].partition('=')[0]} upr")
         found[key] = quantity("--harmonic-limit", split[3], "mm")
     return found
 
