@@ -30,6 +30,8 @@ class Origin:
 
     `suspects`: readings that look like asperities, counted before a filter; -1: not looked for.
 
+    `disagreement`: sentence on steps of a separation that do not agree; empty where they do.
+
     `noise_given`: whether `noise_sd` was given by the user.
 
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
@@ -51,6 +53,7 @@ class Origin:
     lost: tuple[int, ...] = ()
     noise_given: bool = False
     suspects: int = -1
+    disagreement: str = ""
     source: str = dataclasses.field(default="", compare=False)
 
 
@@ -105,7 +108,12 @@ def runout_sentence(runout: RollerError) -> str:
     )
 
 
-def suspect_sentence(origin: Origin) -> tuple[str, ...]:
+def remarks_on(origin: Origin) -> tuple[str, ...]:
+    """Sentences on steps that do not agree and on readings that look like asperities; mostly none."""
+    return (*filter(None, (origin.disagreement,)), *_suspect_sentence(origin))
+
+
+def _suspect_sentence(origin: Origin) -> tuple[str, ...]:
     """Sentence on readings that look like asperities; none where there are none."""
     if origin.suspects <= 0:
         return ()

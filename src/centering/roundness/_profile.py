@@ -248,7 +248,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
         >>> noise = 1e-5 * np.random.default_rng(0).normal(size=angle.size)
         >>> profile = Profile(angle, 65.69 + 2e-4 * np.cos(3 * angle) + noise)
         >>> print(profile.report(limits={"RONt": 0.001}).splitlines()[5])
-        RONt (LSC) 0.4562 µm (0.38 .. 0.48, 95 % guaranteed), limit 1 µm: kept
+        RONt (LSC) 0.4562 µm as measured (0.38 .. 0.48, 95 % guaranteed); limit 1 µm: accepted
         """
         return sheet_of_profile(self, path, limits)
 

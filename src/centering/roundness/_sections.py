@@ -303,7 +303,7 @@ class Sections(ByValue, Plan):
         >>> oval = Profile(20.0 + 1e-3 * np.cos(2 * np.linspace(0.0, 2 * np.pi, 360, endpoint=False)))
         >>> shaft = Sections([oval] * 3, [0.0, 10.0, 20.0])
         >>> print(shaft.report(limits={"total run-out": 0.003}).splitlines()[5])
-        total run-out 2 µm, limit 3 µm: kept, no interval
+        total run-out 2 µm, limit 3 µm: not decided, within the limit as measured, no interval
         """
         return str(called("centering.roundness._sections_sheet:report", self, path, limits))
 

@@ -9,7 +9,7 @@ import numpy as np
 from centering.roundness._circle_noise import NORMS
 from centering.roundness._cylinder import CYLINDERS, Cylinder
 from centering.roundness._cylinder_sheet import CYL, NO_INTERVAL, verdict
-from centering.roundness._origin import suspect_sentence
+from centering.roundness._origin import remarks_on
 from centering.roundness._profile_sheet import limit_of
 from sdpgrind.base.by_name import called
 from sdpgrind.base.sheets.amounts import Amounts
@@ -100,7 +100,7 @@ def _origin(sections: Any) -> Iterator[Block]:
     lines = [f"filter: {told}" for told in filters] or ["filter: none: all undulations"]
     for profile, height in zip(profiles, sections.heights, strict=True):
         told = [f"step: {each}" for each in profile.steps]
-        told += suspect_sentence(profile.roundness().origin)
+        told += remarks_on(profile.roundness().origin)
         lines += [f"height {height:g} mm, {each}" for each in told]
     yield Heading("How it was measured")
     yield Sentences(lines)
