@@ -157,6 +157,15 @@ def test_messages_name_options(ring, capsys, given, said):
             "a.csv: --angle must be in rad: --angle ('phi', 'deg')",
         ),
         ('several: section=("nr", 3) reads one', "several: --section nr=3 reads one"),
+        ('several: section=("section", 3) reads one', "several: --section section=3 reads one"),
+        (
+            'parts, say section=("section", ...) or Sections.read; they',
+            "parts, say --section section=WORD for one of them, or read all in Python, Sections.read; they",
+        ),
+        (
+            "deviation must be one of its columns, 'radius must', \"upr=5\"; the part's upr=5 and user's",
+            "--deviation must be one of its columns, 'radius must', \"upr=5\"; the part's --upr 5 and user's",
+        ),
         ("radius must be known, or centred=True", "--radius must be known, or --centred"),
         ("the radius of the circle, angle and height", "the radius of the circle, angle and height"),
     ],
@@ -224,7 +233,7 @@ def test_sections_in_one_file(ring, capsys, tmp_path):
     both.write_text("\n".join(["phi [deg];dev (um);nr", *(f"{row};{k}" for k in (1, 2) for row in rows)]))
     code, out, err = told(capsys, both, "--deviation", "dev", "--radius", "30")
     assert code == 0 and "1440 points" in out and "'nr' is one word in each turn" in err
-    assert "they are read as turns of one" in err
+    assert "they are read as turns of one" in err and "say --section nr=WORD for one of them" in err
     given = ("--deviation", "dev", "--radius", "30", "--section")
     code, out, _ = told(capsys, both, *given, "nr=2")
     assert code == 0 and "720 points" in out

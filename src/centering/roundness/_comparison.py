@@ -51,6 +51,8 @@ def compared(before: Filtered, after: Filtered, rotation: float | None) -> FormC
         later,
         None if earlier is None or later is None else chance_below(later, earlier),
         before._origin.filter,
+        circles[0].origin,
+        circles[1].origin,
     )
 
 

@@ -159,7 +159,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
         upr: float | tuple[float | None, float | None] | str | None = None,
         rotation: float | None = None,
     ) -> FormChange:
-        """Compare the part with the measurement before grinding: removed form, RONt, chance that it fell.
+        """Compare the part with the measurement before grinding: form, RONt, chance that it fell.
 
         Parameters
         ----------
@@ -175,7 +175,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
         Returns
         -------
         FormChange
-            Harmonics of both, removed form, RONt of both with intervals, probability that RONt fell.
+            Harmonics of both, their change, RONt of both with intervals, probability that RONt fell, files.
 
         Raises
         ------

@@ -133,7 +133,7 @@ class RiskTable(Record, ByValue, Described):
         )
 
     def _most(self, shares: Floats, what: str) -> str:
-        """The largest share as a count of the parts simulated, the upper end of its 95 % interval, its factor."""
+        """The largest share as a count of parts, the upper end of its 95 % interval, and its factor."""
         worst = int(np.argmax(shares))
         place = f" at x {self.factor[worst]:g}" if shares[worst] > 0 else ""
         if not self.runs:

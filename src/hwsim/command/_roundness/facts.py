@@ -38,6 +38,7 @@ class Facts(NamedTuple):
             yield f"budget  left out: {self.circle.why_no_budget}"
         if self.change is not None:
             yield f"change  {self.change!r}"
+            yield from (f"change  {in_terms(each)}" for each in self.change.remarks)
         yield from (f"note    {in_terms(each)}" for each in (self.budget or self.circle).remarks)
         if self.limit is not None:
             yield f"limit   {in_terms((self.budget or self.circle).verdict(self.limit))}"
