@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from measured_rings import turn
 
-from centering.roundness import Harmonics, Instrument, Profile, SpindleError
+from centering.roundness import Harmonics, Instrument, Profile, RoundnessInterval, SpindleError
 from sdpgrind import units
 from sdpgrind.base.sheets import seal
 
@@ -104,6 +104,12 @@ def test_without_noise_there_is_no_interval_and_it_says_so(ring):
     told = ring.filter("robust", upr=50).roundness().report(limits={"RONt": units.um(2.5)})
     assert "limit 2.5 µm: not decided, no interval of RONt is proved after a robust" in told
     assert "no interval of RONt is proved after a robust filter, which is not linear" in told
+
+
+def test_an_interval_without_width_has_five_digits():
+    still = RoundnessInterval(2e-3, 2e-3, 2e-3, 0.95, "calibrated")
+    assert still.ends == "2.0000 .. 2.0000" and still.middle == "2.0000"
+    assert RoundnessInterval(0.0, 0.0, 0.0, 0.95, "calibrated").ends.startswith("0.0")
 
 
 def test_refusals(ring):

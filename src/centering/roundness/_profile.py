@@ -44,8 +44,8 @@ class Profile(FormerNames, SteppedReadings, Plan):
     tip_radius : float
         Radius of the probe's tip or roller, mm, >= 0.
     internal : bool
-        Whether a bore is read, from within. Readings count away from the axis as well; peaks are at wide
-        places.
+        Whether a bore is read, from within. Readings count away from the axis as well; peaks are at
+        narrow places, where the material stands out, valleys at wide ones (ISO 12181-1).
 
     Attributes
     ----------

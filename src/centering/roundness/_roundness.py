@@ -22,7 +22,7 @@ from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.base.quantities import Described, array, custom, described, flag
 from sdpgrind.base.results import Result
 from sdpgrind.base.warned import warn
 
@@ -68,6 +68,8 @@ class Roundness(Described, ByValue, Result):
         Sentence on the proof.
     origin : Origin
         Steps of the profile, its source, and standard deviations of its harmonics (mm) by upr (unit 1).
+    internal : bool
+        Whether a bore is read, from within, with the material outside the circle. Default: as the tip says.
 
     Examples
     --------
@@ -97,12 +99,22 @@ class Roundness(Described, ByValue, Result):
     filter: str = custom(default="")
     certificate: str = custom(default="")
     origin: Origin = custom(default=MEASURED)
+    internal: bool = flag(default=False)
 
     @cached_property
     def deviation(self) -> Floats:
         """Distance of each point from the circle, (n,), mm; positive outside. Read-only."""
         across, up = self.points[:, 0] - self.center[0], self.points[:, 1] - self.center[1]
         return lasting(np.sqrt(across * across + up * up) - (self.radius + self.tip_radius))
+
+    def _check(self) -> None:
+        object.__setattr__(self, "internal", self.internal or self.tip_radius < 0)
+
+    @cached_property
+    def _sides(self) -> tuple[float, float]:
+        """Deviations of the points farthest out and in, mm; nothing lies outside MCC, nothing inside MIC."""
+        out = 0.0 if self.kind == "MCC" else float(self.deviation.max())
+        return out, 0.0 if self.kind == "MIC" else float(self.deviation.min())
 
     @property
     def ron_t(self) -> float:
@@ -126,13 +138,19 @@ class Roundness(Described, ByValue, Result):
 
     @cached_property
     def ron_p(self) -> float:
-        """Height of the highest peak above the circle, RONp, mm; of MCC, outside of which is nothing, 0."""
-        return 0.0 if self.kind == "MCC" else float(self.deviation.max())
+        """Height of the highest peak, RONp, mm: out of the material, in a bore inside the circle.
+
+        ISO 12181-1; 0 of MCC about a shaft and of MIC in a bore.
+        """
+        return -self._sides[1] + 0.0 if self.internal else self._sides[0]
 
     @cached_property
     def ron_v(self) -> float:
-        """Depth of the deepest valley below the circle, RONv, mm; of MIC, inside of which is nothing, 0."""
-        return 0.0 if self.kind == "MIC" else float(-self.deviation.min())
+        """Depth of the deepest valley, RONv, mm: into the material, in a bore outside the circle.
+
+        ISO 12181-1; 0 of MIC in a shaft and of MCC about a bore.
+        """
+        return self._sides[0] if self.internal else -self._sides[1] + 0.0
 
     @cached_property
     def ron_q(self) -> float:
@@ -397,8 +415,8 @@ class Roundness(Described, ByValue, Result):
     def plot(self, ax: Any = None) -> Any:
         """Draw the profile magnified about the circle's centre, with circles and contacts; return the figure.
 
-        A ring of the paper is a division of the scale, in µm; inner circles are dashed, contacts dots, peak
-        and valley of LSC triangles.
+        A ring of the paper is a division of the scale, in µm; inner circles are dashed, contacts dots, the
+        points of LSC farthest out and in triangles.
 
         Parameters
         ----------
@@ -411,9 +429,11 @@ class Roundness(Described, ByValue, Result):
         if self.kind in ("LSC", "MCC", "MIC"):
             draw_circle(ax, scale, color="C3", label=KINDS[self.kind])
         if self.kind != "MCC":
-            draw_circle(ax, scale, self.ron_p, color="C3" if self.kind == "MZC" else "0.4")
+            draw_circle(ax, scale, self._sides[0], color="C3" if self.kind == "MZC" else "0.4")
         if self.kind != "MIC":
-            draw_circle(ax, scale, -self.ron_v, color="C3" if self.kind == "MZC" else "0.4", linestyle="--")
+            draw_circle(
+                ax, scale, self._sides[1], color="C3" if self.kind == "MZC" else "0.4", linestyle="--"
+            )
         self._mark(ax, scale, angle)
         filtered = f", {self.filter}" if self.filter else ""
         ax.set_title(f"{self.kind}: RONt {self.value / units.um(1.0):.4g} µm{filtered}")

@@ -8,7 +8,7 @@ from sdpgrind.base.results import Result
 from sdpgrind.base.units import UM
 
 CALIBRATED, WORST = "calibrated", "worst case of the spindle"
-_SHOWN = 1e-4  # chosen: least width over the value that adds digits; an interval without width has four
+_SHOWN = 1e-3  # chosen: least width over the value that adds digits; an interval without width has five
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 
 

@@ -225,7 +225,8 @@ class Sections(ByValue, Plan):
             When the readings cover less than half a turn, lie along too few lines, or hold no inscribed
             cylinder.
         """
-        return reference_cylinder(self.points, kind, self._tip)
+        bore = self.profiles[0].internal if self._scan is None else self._scan.internal
+        return reference_cylinder(self.points, kind, self._tip).replace(internal=bore)
 
     def straightness(self, method: str = "MZC") -> float:
         """Return the straightness of the median line, mm: diameter of a tube about the sections' centres.
