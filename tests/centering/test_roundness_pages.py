@@ -72,9 +72,16 @@ def test_page_of_sections(shaft, table):
     for kind in ("LSC", "MZC", "MCC", "MIC"):
         assert float(row(told, kind)[1]) == pytest.approx(1e3 * shaft.cylinder(kind).cyl_t, abs=6e-4)
     ends = shaft.profiles[1].roundness().interval()
-    assert [float(each) for each in row(told, "10 ")[4:]] == pytest.approx(
+    assert [float(each) for each in row(told, "10 ")[4:6]] == pytest.approx(
         [1e3 * ends.low, 1e3 * ends.high], abs=1e-3
     )
+    own = shaft.cylinder()
+    runouts = [shaft.profiles[1].radial_runout(each, heights=10.0) for each in (None, own)]
+    assert [float(each) for each in row(told, "10 ")[6:]] == pytest.approx(1e3 * np.array(runouts), abs=1e-3)
+    for name, measure in (("total run-out", shaft.total_runout), ("coaxiality", shaft.coaxiality)):
+        for axis, datum in ((", to the spindle's axis", None), (", to the part's own (LSC cylinder)", own)):
+            line = next(each for each in told.splitlines() if each.startswith(f"{name}{axis}"))
+            assert float(line.split()[-1]) == pytest.approx(1e3 * measure(datum), rel=1e-3)
     assert digest(table) in told.replace("\n", "") and told.count("shaft.csv") == 1 and "filter: none" in told
 
 
@@ -89,7 +96,7 @@ def test_steps_and_filter_of_sections_are_told(shaft):
     )
     assert "looks like" not in told and "not read from a file" in told
     assert (
-        "(no interval is measured)"
+        "(no interval is measured;"
         in Sections([each.filter("robust", upr=15) for each in dusty], shaft.heights).report()
     )
 

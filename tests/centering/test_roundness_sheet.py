@@ -116,6 +116,8 @@ def test_refusals(ring):
     circle = ring.filter(upr=50).roundness("MIC")
     with pytest.raises(ValueError, match="limits must be one of RONt"):
         circle.report(limits={"RONz": 0.001})
+    with pytest.raises(ValueError, match=r"got 'ront'; is 'RONt' meant\?"):
+        circle.report(limits={"ront": 0.001})
     with pytest.raises(ValueError, match=r"limits\['RONt'\] must be in mm, some 0.003; units.um"):
         circle.report(limits={"RONt": 2.5})
     with pytest.raises(ValueError, match="kind must be LSC or MZC for a budget"):

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,12 @@ def _passed(profile: Any) -> str:
 
 def limit_of(name: str, given: float, names: Mapping[str, Any]) -> float:
     """Limit in mm; an unknown name, and one in micrometres, is refused."""
-    checks.one_of("limits", name, names)
+    if name not in names:
+        lower = {each.lower(): each for each in names}
+        close = get_close_matches(name.lower(), lower, 1)
+        meant = f"; is {lower[close[0]]!r} meant?" if close else ""
+        known = ", ".join(names)
+        raise ValueError(f"{checks.refuse('limits', f'one of {known}', name)}{meant}")
     return limit_in_mm(f"limits[{name!r}]", given)
 
 
