@@ -96,7 +96,7 @@ class FormChange(ByValue, Plan):
         """Amplitude after over that before, (n,), unit 1; NaN where that before is not above its noise."""
         seen = (self.before.amplitude > 0) & (self.before.amplitude > noise_height(self.before.sd))
         found = np.full(seen.size, np.nan)
-        return np.divide(self.after.amplitude, self.before.amplitude, out=found, where=seen)
+        return np.asarray(np.divide(self.after.amplitude, self.before.amplitude, out=found, where=seen))
 
     @property
     def change(self) -> Floats:
