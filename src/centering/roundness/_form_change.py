@@ -105,7 +105,7 @@ class FormChange(ByValue, Plan):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Harmonics that grew (upr, µm), steps of the measurement before, and what a reader of it needs."""
+        """Sentences on harmonics that grew (mm), steps of the measurement before, and doubts about it."""
         steps = (f"before: step: {step}" for step in self.origin_before.steps)
         doubts = (f"before: {each}" for each in remarks_on(self.origin_before))
         return (*self._grown(), *steps, *doubts)
