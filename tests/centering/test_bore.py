@@ -5,7 +5,8 @@ laid in by hand.
 import numpy as np
 import pytest
 
-from centering.roundness import Profile
+import sdpgrind
+from centering.roundness import Profile, Sections
 
 RADIUS, TIP, LOBES, WAY = 30.0, 3.75, {3: (0.002, 0.4)}, 0.7
 TURN = np.arange(360) * 2 * np.pi / 360
@@ -105,6 +106,38 @@ def test_a_point_reads_bores_and_parts_alike():
     readings = bore_reading(TURN, 1.0)
     bore, part = (Profile(TURN, readings, internal=internal) for internal in (True, False))
     assert bore.roundness("MZC").value == part.roundness("MZC").value and bore != part
+
+
+@pytest.mark.parametrize("tip", [0.0, TIP])
+def test_a_narrow_place_of_a_bore_is_a_peak(tip, tmp_path):
+    """A ridge 2 um high and a pit 5 um deep in a bore of otherwise constant radius (ISO 12181-1)."""
+    reading = np.full(720, 30.0)
+    reading[100], reading[400] = 30.0 - 0.002, 30.0 + 0.005  # the ridge is nearer to the axis
+    bore, shaft = (Profile(reading, tip_radius=tip, internal=internal) for internal in (True, False))
+    inside, outside = bore.roundness(), shaft.roundness()
+    assert (inside.ron_p, inside.ron_v) == pytest.approx((0.002, 0.005), abs=5e-5)
+    assert (inside.ron_p, inside.ron_v) == pytest.approx((outside.ron_v, outside.ron_p), abs=1e-9)
+    zero = {kind: bore.roundness(kind) for kind in ("MCC", "MIC")}
+    assert zero["MCC"].ron_v == 0 == zero["MIC"].ron_p and zero["MCC"].ron_p == zero["MCC"].ron_t > 0.004
+    inside.save(tmp_path / "bore.nc")
+    again = sdpgrind.load(tmp_path / "bore.nc")
+    assert again.internal and (again.ron_p, again.ron_v) == (inside.ron_p, inside.ron_v)
+    tube = Sections([bore] * 3, [0.0, 10.0, 20.0])
+    found = {kind: tube.cylinder(kind) for kind in ("LSC", "MCC", "MIC")}
+    assert (found["LSC"].cyl_p, found["LSC"].cyl_v) == pytest.approx((0.002, 0.005), abs=5e-5)
+    assert found["MCC"].cyl_v == 0 == found["MIC"].cyl_p
+    assert f"{1e3 * inside.ron_p:.4g}" in inside.report() and inside.plot() is not None
+
+
+def test_the_step_on_asperities_says_which_way_they_stand():
+    noise = 1e-4 * np.random.default_rng(0).normal(size=1440)
+    reading = 30.0 + 1e-3 * np.cos(3 * np.arange(1440) * np.pi / 720) + noise
+    reading[200] -= 0.05
+    told = Profile(reading, internal=True).remove_asperities().steps[-1]
+    assert (
+        told.startswith("1 reading of 1 asperity") and "above the form, towards the axis of the bore" in told
+    )
+    assert "no asperity" in Profile(reading).remove_asperities().steps[-1]
 
 
 def test_refusals():

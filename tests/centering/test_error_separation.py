@@ -8,7 +8,16 @@ from circle_inside import Setups, split
 from measured_rings import turn
 
 import sdpgrind
-from centering.roundness import Harmonics, Profile, Separation, SpindleError, multistep, reverse, step_angles
+from centering.roundness import (
+    Harmonics,
+    Instrument,
+    Profile,
+    Separation,
+    SpindleError,
+    multistep,
+    reverse,
+    step_angles,
+)
 from sdpgrind import units
 
 PART = ((2, 0.4, 0.2), (3, 0.3, 1.0), (8, 0.2, 0.4))
@@ -400,7 +409,7 @@ def test_searches_that_are_refused(wrong, message):
         step_angles(**wrong)
 
 
-def test_exchanged_steps_warn():
+def exchanged():
     """Two of seven exchanged: their residuals stand at the harmonics of the part, not in all."""
     angles = step_angles(7, index=36, upr_max=50)
     angle, rng = np.arange(720) * np.pi / 360, np.random.default_rng(0)
@@ -411,6 +420,26 @@ def test_exchanged_steps_warn():
         return Profile(angle, 30.0 + part + spindle + 1e-5 * rng.normal(size=angle.size))
 
     steps = [step(each) for each in angles]
-    multistep(steps, angles)
+    assert not multistep(steps, angles).disagreement
     with pytest.warns(UserWarning, match=r"the steps do not agree: at [27] upr they leave .* exchanged"):
-        multistep([steps[0], steps[2], steps[1], *steps[3:]], angles)
+        return multistep([steps[0], steps[2], steps[1], *steps[3:]], angles)
+
+
+def test_steps_that_do_not_agree_are_on_every_page(tmp_path):
+    """The sentence is kept in the file, and no page of the part decides on its RONt."""
+    found = exchanged()
+    told, limit = found.disagreement, units.um(9.0)
+    assert found.report().splitlines()[3].startswith(told)
+    found.save(tmp_path / "both.nc")
+    again = sdpgrind.load(tmp_path / "both.nc")
+    assert again == found and again.disagreement == told
+    old = found.dataset
+    del old.attrs["disagreement"]
+    assert not Separation.restored(old).disagreement
+    form = again.part.filter(upr=50).roundness()
+    budget = form.budget(Instrument(gain_sd=0.01))
+    for page in (form, budget, again, again.part):
+        text = page.report(limits={"RONt": limit})
+        assert told in text and "limit 9 µm: not decided, the steps do not agree" in text
+    assert told in form.remarks and form.conforms(limit) == budget.conforms(limit) == "not decided"
+    assert form.interval().high < limit  # it would be accepted

@@ -358,7 +358,7 @@ READ = circle_reading(GOOD, RADIUS, OFFSET, PHI)
         ),
         (
             lambda: fit_circle(np.arange(0.0, 360.0), np.tile(READ, 4)[:360]),
-            r"a mean step of 1 over 57\.1 turns smells of degrees",
+            r"a span of 359, with 360 readings, smells of degrees",
         ),
         (
             lambda: fit_circle(90 * GOOD, READ, turns=1),

@@ -1,5 +1,7 @@
 """Before and after grinding: rotation, removed form, chance that RONt fell by two ways, files, refusals."""
 
+from hashlib import sha256
+
 import numpy as np
 import pytest
 from circle_inside import chance_below
@@ -35,7 +37,7 @@ def test_the_form_that_was_removed(by):
     for upr, (size, phase) in BEFORE.items():
         row = table.loc[upr]
         assert row["ratio"] == pytest.approx(KEPT[upr], abs=1e-6)
-        assert row["removed"] == pytest.approx(size * (1 - KEPT[upr]) * passed[upr - 2], abs=1e-9)
+        assert row["change"] == pytest.approx(size * (KEPT[upr] - 1) * passed[upr - 2], abs=1e-9)
         assert np.angle(np.exp(1j * (change.removed.phase[upr - 2] - phase))) == pytest.approx(0, abs=1e-6)
     both = {upr: (BEFORE[upr][0], ground()[upr][0]) for upr in BEFORE}
     norms = np.sqrt(sum(np.array(pair) ** 2 * passed[upr - 2] ** 2 for upr, pair in both.items()))
@@ -104,7 +106,7 @@ def test_saved_drawn_and_reported(tmp_path):
     assert again == change and again.probability == change.probability > 0.999
     told = change.report()
     assert "fell with probability above 0.9999; turned by 22.8" in told and "after/before" in told
-    rows = told[told.index("Largest undulations") : told.index("Figures")].splitlines()[2:-1]
+    rows = told[told.index("Largest undulations") :].partition("\n\n")[0].splitlines()[2:]
     assert [int(row.split()[0]) for row in rows] == [2, 3, 7, 12]
     change.report(tmp_path / "grinding.html")
     assert (tmp_path / "grinding.html").read_text().count("<svg") == 1
@@ -126,6 +128,42 @@ def test_profiles_that_are_refused():
     with pytest.raises(ValueError, match="before must be of one side, internal=False; got True"):
         after.compare(bore)
     assert after.filter("spline", upr=50).compare(before.filter("spline", upr=50)).filter.startswith("spline")
+
+
+def test_what_grew_is_told_and_has_no_ratio_where_nothing_was(tmp_path):
+    """5 upr were not there before, 3 upr grew by 0.5 um; amplitudes of 1e-5 sqrt(2/1024) mm are noise."""
+    before = ring({2: (2e-3, 0.3), 3: (1e-3, 1.1)}, noise=1e-5)
+    after = ring({2: (1e-3, 0.3), 3: (1.5e-3, 1.1), 5: (3e-4, 0.0)}, noise=1e-5, rng=1)
+    change = after.compare(before, rotation=0.0)
+    table = change.to_dataframe()
+    assert table.loc[[2, 3, 5], "change"].tolist() == pytest.approx([-1e-3, 5e-4, 3e-4], rel=0.02)
+    assert table.loc[[2, 3], "ratio"].tolist() == pytest.approx([0.5, 1.5], rel=0.01)
+    assert np.isnan(table.loc[5, "ratio"])
+    assert change.remarks[0] == "grew: 3 upr by 0.5 µm, 5 upr by 0.3 µm"
+    assert change.remarks[0] in change.report() and "removed" not in change.report()
+    assert change.remarks[0] in after.filter(upr=50).roundness().report(change=change)
+
+
+def test_files_and_steps_of_both_are_on_the_page(tmp_path):
+    """Dust before: taken out, it is a step; left there, a remark."""
+    files = [tmp_path / f"{name}.csv" for name in ("before", "after")]
+    for file, lobes in zip(files, (BEFORE, ground()), strict=True):
+        read = 1e3 * (ring(lobes, noise=1e-4).reading - 30.0)
+        read[100] += 40.0 if file.stem == "before" else 0.0
+        rows = [f"{each:.4f},{dev:.4f}" for each, dev in zip(np.degrees(ANGLE), read, strict=True)]
+        file.write_text("\n".join(["phi (deg),dev (um)", *rows]))
+    dusty, after = (Profile.read(each, angle="phi", deviation="dev", radius=30.0) for each in files)
+    found = after.compare(dusty), after.compare(dusty.remove_asperities())
+    told = ["before: 1 reading looks like an asperity", "before: step: 1 reading of 1 asperity more than 6"]
+    for change, remark in zip(found, told, strict=True):
+        change.save(tmp_path / "change.nc")
+        again = FormChange.from_file(tmp_path / "change.nc")
+        for page in (change.report(), again.report(), after.filter(upr=50).roundness().report(change=change)):
+            assert all(sha256(each.read_bytes()).hexdigest() in page and each.name in page for each in files)
+            assert remark in page
+    old = change.dataset
+    del old.attrs["origin_before"], old.attrs["origin_after"]
+    assert not FormChange.restored(old).remarks
 
 
 def test_the_chance_is_as_often_right():

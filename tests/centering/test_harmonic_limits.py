@@ -109,11 +109,11 @@ def test_limits_that_are_no_mapping():
 def test_the_page_holds_harmonics_against_limits():
     """3 and 42 upr with an sd of 1e-4 mm sqrt(2/1024), 4.4 nm: 8.7 nm for 95 %."""
     told = ring(1e-4).report(limits={"RONt": 0.003, (2, 15): 2e-4, 3: 5e-4, 42: 8.1e-5})
-    assert "RONt (LSC) " in told and "limit 3 µm: kept" in told
+    assert "RONt (LSC) " in told and "limit 3 µm: accepted" in told
     assert (
-        "2 to 15 upr: largest amplitude at 3 upr 0.4" in told and "limit 0.2 µm, 2 above it: exceeded" in told
+        "2 to 15 upr: largest amplitude at 3 upr 0.4" in told and "limit 0.2 µm, 2 above it: rejected" in told
     )
-    assert "3 upr: amplitude 0.4" in told and "µm (95 %), limit 0.5 µm: kept" in told
+    assert "3 upr: amplitude 0.4" in told and "µm (95 %), limit 0.5 µm: accepted" in told
     assert "42 upr: amplitude 0.0" in told and "limit 0.081 µm: not decided" in told
 
 

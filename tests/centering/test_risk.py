@@ -54,19 +54,35 @@ def test_a_range_that_was_not_told_throws_parts(strategy):
 def test_none_of_some_is_no_share_of_0(risk, tmp_path):
     """The upper end of the 95 % interval of a share that was never seen: the chance of that is 2.5 % there."""
     still = risk.replace(thrown=np.zeros(5), unfinished=np.array([0.0, 0.0, 0.0, 0.0, 0.015]))
-    assert risk.runs == 200 and "; none of 200 (1.8 % at most, 95 %) thrown; at most 1.5 % not" in still.told
+    none = (
+        "; none of 200 thrown (1.8 % at most, 95 %); 3 of 200 left uncentred (4.3 % at most, 95 %) at x 1.4"
+    )
+    assert risk.runs == 200 and still.told.endswith(none)
     assert binomtest(0, 200).proportion_ci(0.95).high == pytest.approx(1 - 0.025 ** (1 / 200), rel=1e-9)
-    assert "none of 60 (6 % at most, 95 %) thrown" in still.replace(runs=60).told
-    assert "at most 0 % thrown" in still.replace(runs=0).told and repr(still) == f"RiskTable({still.told})"
+    assert "none of 60 thrown (6.0 % at most, 95 %)" in still.replace(runs=60).told
+    assert "at most 0 % of the parts simulated thrown;" in still.replace(runs=0).told
+    assert repr(still) == f"RiskTable({still.told})"
     still.save(tmp_path / "risk.nc")
     assert sdpgrind.load(tmp_path / "risk.nc").runs == 200
+
+
+@pytest.mark.parametrize("found", [1, 4, 199, 200])
+def test_a_share_that_was_seen_has_its_upper_end(risk, found):
+    """By Clopper and Pearson as of none; the rule by an independent program."""
+    thrown = np.array([0.0, found / 200, 0.0, 0.0, 0.0])
+    most = 100 * binomtest(found, 200).proportion_ci(0.95).high
+    told = risk.replace(thrown=thrown).told
+    said = next(part for part in told.split("; ") if "thrown" in part)
+    assert said.startswith(f"{found} of 200 thrown (") and said.endswith(" % at most, 95 %) at x 0.8")
+    assert float(said.split("(")[1].split()[0]) == pytest.approx(most, rel=0.02)
+    assert f"s, 95 % of parts within {risk.time_95[risk.worst]:.2f} s; " in told
 
 
 def test_it_is_repeatable_and_says_the_worst(strategy):
     one, two = (strategy.robust(runs=20, rng=4) for _ in range(2))
     assert one == two
     assert one != strategy.robust(runs=20, rng=5)
-    assert f"slowest at x {one.factor[one.worst]:g}" in repr(one)
+    assert f"slowest on average at x {one.factor[one.worst]:g}" in repr(one)
     assert "friction x 0.6 to 1.4, worst x" in repr(strategy)
 
 

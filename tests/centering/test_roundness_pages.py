@@ -63,15 +63,25 @@ def test_page_of_sections(shaft, table):
     told = shaft.report(limits=limits)
     values = (shaft.cylinder().cyl_t, shaft.cylinder("MZC").cyl_t, shaft.total_runout(), shaft.straightness())
     for (name, limit), value in zip(limits.items(), values, strict=True):
-        kept = "kept" if value <= limit else "exceeded"
-        assert f"{name} {1e3 * value:.4g} µm, limit {1e3 * limit:.4g} µm: {kept}, no interval" in told
-    assert told.count("exceeded, no interval") == 2 and "No interval is measured for cylinders" in told
+        side = "within" if value <= limit else "above"
+        assert f"{name} {1e3 * value:.4g} µm, limit {1e3 * limit:.4g} µm: not decided, {side} the" in told
+    assert (
+        told.count("above the limit as measured, no interval") == 2
+        and "No interval is measured for cylinders" in told
+    )
     for kind in ("LSC", "MZC", "MCC", "MIC"):
         assert float(row(told, kind)[1]) == pytest.approx(1e3 * shaft.cylinder(kind).cyl_t, abs=6e-4)
     ends = shaft.profiles[1].roundness().interval()
-    assert [float(each) for each in row(told, "10 ")[4:]] == pytest.approx(
+    assert [float(each) for each in row(told, "10 ")[4:6]] == pytest.approx(
         [1e3 * ends.low, 1e3 * ends.high], abs=1e-3
     )
+    own = shaft.cylinder()
+    runouts = [shaft.profiles[1].radial_runout(each, heights=10.0) for each in (None, own)]
+    assert [float(each) for each in row(told, "10 ")[6:]] == pytest.approx(1e3 * np.array(runouts), abs=1e-3)
+    for name, measure in (("total run-out", shaft.total_runout), ("coaxiality", shaft.coaxiality)):
+        for axis, datum in ((", to the spindle's axis", None), (", to the part's own (LSC cylinder)", own)):
+            line = next(each for each in told.splitlines() if each.startswith(f"{name}{axis}"))
+            assert float(line.split()[-1]) == pytest.approx(1e3 * measure(datum), rel=1e-3)
     assert digest(table) in told.replace("\n", "") and told.count("shaft.csv") == 1 and "filter: none" in told
 
 
@@ -86,7 +96,7 @@ def test_steps_and_filter_of_sections_are_told(shaft):
     )
     assert "looks like" not in told and "not read from a file" in told
     assert (
-        "(no interval is measured)"
+        "(no interval is measured;"
         in Sections([each.filter("robust", upr=15) for each in dusty], shaft.heights).report()
     )
 
@@ -101,8 +111,11 @@ def test_page_of_a_scan_has_no_sections(shaft):
 def test_page_of_a_cylinder(kind, shaft):
     found = shaft.cylinder(kind)
     told = found.report(limits={"CYLt": units.um(10), "CYLq": 1e-6})
-    assert f"CYLt ({kind}) {1e3 * found.cyl_t:.4g} µm, limit 10 µm: kept, no interval" in told
-    assert f"CYLq ({kind}) {1e3 * found.cyl_q:.4g} µm, limit 0.001 µm: exceeded, no interval" in told
+    assert (
+        f"CYLt ({kind}) {1e3 * found.cyl_t:.4g} µm, limit 10 µm: not decided, within the limit as measured, no interval"
+        in told
+    )
+    assert f"CYLq ({kind}) {1e3 * found.cyl_q:.4g} µm, limit 0.001 µm: not decided, above the limit" in told
     assert found.certificate in told and row(told, "CYLp")[1] == f"{1e3 * found.cyl_p:.4g}"
     assert {"MCC": found.cyl_p, "MIC": found.cyl_v}.get(kind, 0) == 0 and f"CYLt ({kind})" in found.report()
 
@@ -112,12 +125,10 @@ def test_page_of_a_separation(separation):
     limits = {"RONt": units.um(1), "spindle": units.um(0.15), (2, 15): units.um(0.5), "RONq": units.um(1)}
     told = found.report(limits=limits)
     ends = found.part.roundness().interval()
-    assert (
-        f"limit 1 µm ({ends.ends}, 95 % {ends.method}): accepted" in told
-        and "1 µm: kept, no interval" in told
-    )
-    assert f"spindle {1e3 * found.spindle.range:.4g} µm, limit 0.15 µm: exceeded, no interval" in told
-    assert "2 to 15 upr: largest amplitude at 3 upr 0." in told and "limit 0.5 µm: kept" in told
+    assert f"as measured, {ends.middle} without the lift of noise ({ends.ends}, 95 % {ends.method});" in told
+    assert "; limit 1 µm: accepted" in told and "RONq 0." in told
+    assert f"spindle {1e3 * found.spindle.range:.4g} µm, limit 0.15 µm: not decided, above the" in told
+    assert "2 to 15 upr: largest amplitude at 3 upr 0." in told and "limit 0.5 µm: accepted" in told
     part, spindle = (float(row(told, "3 ")[k]) for k in (1, 2))
     assert part == pytest.approx(0.4, abs=0.005) and spindle < 0.005
     assert [line.split()[1] for line in told.splitlines() if line.endswith(" usual")] == [

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from measured_rings import turn
 
-from centering.roundness import Harmonics, Instrument, Profile, SpindleError
+from centering.roundness import Harmonics, Instrument, Profile, RoundnessInterval, SpindleError
 from sdpgrind import units
 from sdpgrind.base.sheets import seal
 
@@ -31,9 +31,9 @@ def test_asperities_and_limits_of_harmonics_are_on_the_sheet(ring):
     assert "step: 1 reading of 1 asperity more than 6 sd" in told
     assert (
         "2 to 15 upr: largest amplitude at 3 upr 0.9" in told
-        and "limit 1.2 µm: kept (after the filter)" in told
+        and "limit 1.2 µm: accepted (after the filter)" in told
     )
-    assert "3 upr: amplitude 0.9" in told and "limit 0.9 µm: exceeded (after the filter)" in told
+    assert "3 upr: amplitude 0.9" in told and "limit 0.9 µm: rejected (after the filter)" in told
     with pytest.raises(ValueError, match=r"limits\[3\]: harmonics are told of a filtered even turn alone"):
         ring.roundness().report(limits={3: units.um(0.9)})
 
@@ -72,16 +72,29 @@ def test_decisions_are_those_of_the_interval(ring):
     ends = budget.interval()
     for limit in (ends.high * 1.01, ends.value, ends.low * 0.99):
         told = budget.report(limits={"RONt": limit})
-        assert f"{ends.ends} µm at 95 %, limit {1e3 * limit:.4g} µm: {budget.conforms(limit)} (ISO" in told
+        assert f"{budget.verdict(limit)} (ISO" in told and f": {budget.conforms(limit)}" in told
+        assert f"limit {1e3 * limit:.4g} µm: {budget.conforms(limit)}" in budget.verdict(limit)
+        assert f", {ends.middle} without the lift of noise ({ends.ends}, 95 % calib" in budget.verdict(limit)
         assert told == circle.report(limits={"RONt": limit}, instrument=TESTER)
     told = circle.report(limits={"RONq": 1e-4})
-    assert f"RONq (LSC) {1e3 * circle.ron_q:.4g} µm, limit 0.1 µm: exceeded, no interval" in told
+    assert (
+        f"RONq (LSC) {1e3 * circle.ron_q:.4g} µm, limit 0.1 µm: not decided, above the limit as measured, no interval"
+        in told
+    )
 
 
 def test_the_worst_case_of_a_spindle_stands_beside(ring):
     circle = ring.filter(upr=50).roundness()
     worst = circle.budget(TESTER).worst_case().ends
     assert f"by 0.05 µm at most, up or down: {worst} µm" in circle.report(instrument=TESTER)
+    budget = circle.budget(TESTER)
+    between = 0.5 * (budget.interval().high + budget.worst_case().high)
+    above = f"the worst case of the spindle, {1e3 * budget.worst_case().high:.4g} µm, is above the limit"
+    assert budget.conforms(between) == "accepted" and f"accepted; {above}" in budget.verdict(between)
+    assert "worst case" not in budget.verdict(1.001 * budget.worst_case().high)
+    assert repr(budget.worst_case()).endswith(
+        f"{worst} µm, worst case of the spindle; by the other sources 95 %)"
+    )
     corrected = ring.correct(SPINDLE).filter(upr=50).roundness()
     assert "at most, up or down" not in corrected.report(instrument=TESTER)
     assert "as noise; of lost harmonics rectangular" in corrected.report(instrument=TESTER)
@@ -89,18 +102,34 @@ def test_the_worst_case_of_a_spindle_stands_beside(ring):
 
 def test_without_noise_there_is_no_interval_and_it_says_so(ring):
     told = ring.filter("robust", upr=50).roundness().report(limits={"RONt": units.um(2.5)})
-    assert "limit 2.5 µm: kept, no interval: no decision can be signed" in told
+    assert "limit 2.5 µm: not decided, no interval of RONt is proved after a robust" in told
     assert "no interval of RONt is proved after a robust filter, which is not linear" in told
+
+
+def test_an_interval_without_width_has_five_digits():
+    still = RoundnessInterval(2e-3, 2e-3, 2e-3, 0.95, "calibrated")
+    assert still.ends == "2.0000 .. 2.0000" and still.middle == "2.0000"
+    assert RoundnessInterval(0.0, 0.0, 0.0, 0.95, "calibrated").ends.startswith("0.0")
 
 
 def test_refusals(ring):
     circle = ring.filter(upr=50).roundness("MIC")
     with pytest.raises(ValueError, match="limits must be one of RONt"):
         circle.report(limits={"RONz": 0.001})
+    with pytest.raises(ValueError, match=r"got 'ront'; is 'RONt' meant\?"):
+        circle.report(limits={"ront": 0.001})
     with pytest.raises(ValueError, match=r"limits\['RONt'\] must be in mm, some 0.003; units.um"):
         circle.report(limits={"RONt": 2.5})
     with pytest.raises(ValueError, match="kind must be LSC or MZC for a budget"):
-        circle.report(instrument=TESTER)
+        circle.budget(TESTER)
+
+
+@pytest.mark.parametrize(("filter", "kind"), [("gaussian", "MCC"), ("gaussian", "MIC"), ("robust", "LSC")])
+def test_a_budget_that_is_not_known_is_left_out(filter, kind, ring):
+    circle = ring.filter(filter, upr=50).roundness(kind)
+    told = circle.report(limits={"RONt": units.um(2.5)}, instrument=TESTER)
+    assert f"uncertainty budget left out: {circle.why_no_budget}" in told and "(GUM)" not in told
+    assert "µm: not decided, no interval of RONt is proved" in told and "budget left" not in circle.report()
 
 
 def test_a_value_above_its_own_interval_is_explained(tmp_path):

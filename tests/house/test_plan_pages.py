@@ -78,9 +78,9 @@ def test_it_has_a_page(name, tmp_path):
     assert said in text and said in plan.report() and len(text) < 1_500_000
 
 
-def test_a_limit_is_kept_exceeded_or_not_decided():
+def test_a_limit_is_accepted_rejected_or_not_decided():
     profile = ring()
-    for limit, found in ((0.001, "kept"), (0.00037, "exceeded"), (0.00046, "not decided")):
+    for limit, found in ((0.001, "accepted"), (0.00037, "rejected"), (0.00046, "not decided")):
         assert f"µm: {found}" in profile.report(limits={"RONt": limit}).splitlines()[5]
     with pytest.raises(ValueError, match="limits must be one of RONt"):
         profile.report(limits={"RONz": 0.001})

@@ -244,8 +244,8 @@ def test_the_risk_of_the_range_is_told(given, strategy, capsys):
     risk = strategy.robust()
     assert f"\nrisk: {risk.told}\n" in said(capsys, *given, "--parts", "1", "--no-pictures")
     assert (
-        risk.told.startswith("friction x 0.8 to 1.25; slowest at x ")
-        and "none of 200 (1.8 % at most" in risk.told
+        risk.told.startswith("friction x 0.8 to 1.25; slowest on average at x ")
+        and "none of 200 thrown (1.8 % at most" in risk.told
     )
     assert f"Risk by the true friction over that told: {strategy._risk.told}" in strategy.report()
     assert read(EXAMPLE).problem.friction_range == (0.8, 1.25)

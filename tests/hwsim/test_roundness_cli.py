@@ -78,7 +78,7 @@ def test_before_and_harmonics_are_those_of_python(ring, capsys, tmp_path):
     assert change._told() in html.unescape(sheet) and "Before and after" in sheet
     assert f"{held.decisions[1]} (before the filter)" in sheet and main(["verify", str(page)]) == 0
     code, out, _ = told(capsys, ring, *COLUMNS, "--harmonic-limit", "3=0.9um", "--limit", "4um")
-    assert code == 1 and "4 µm: accepted" in out and out.endswith("limit 0.9 µm: exceeded\n")
+    assert code == 1 and "4 µm: accepted" in out and out.endswith("limit 0.9 µm: rejected\n")
     code, out, _ = told(capsys, ring, *COLUMNS, "--harmonic-limit", "3=1um")
     assert code == 1 and out.endswith("limit 1 µm: not decided\n")
 
@@ -104,9 +104,7 @@ def test_without_an_interval_no_decision_can_be_signed(ring, capsys, given):
     code, out, err = told(capsys, ring, *COLUMNS, "--limit", "3um", *given)
     assert code == 1 and not err and "RONt 2." in out
     last = out.splitlines()[-1]
-    assert last.startswith(
-        "limit   3 µm: not decided, no decision can be signed: no interval of RONt is proved"
-    )
+    assert "as measured; limit 3 µm: not decided, no interval of RONt is proved" in last
     assert given[1] in last
 
 
@@ -159,6 +157,15 @@ def test_messages_name_options(ring, capsys, given, said):
             "a.csv: --angle must be in rad: --angle ('phi', 'deg')",
         ),
         ('several: section=("nr", 3) reads one', "several: --section nr=3 reads one"),
+        ('several: section=("section", 3) reads one', "several: --section section=3 reads one"),
+        (
+            'parts, say section=("section", ...) or Sections.read; they',
+            "parts, say --section section=WORD for one of them, or read all in Python, Sections.read; they",
+        ),
+        (
+            "deviation must be one of its columns, 'radius must', \"upr=5\"; the part's upr=5 and user's",
+            "--deviation must be one of its columns, 'radius must', \"upr=5\"; the part's --upr 5 and user's",
+        ),
         ("radius must be known, or centred=True", "--radius must be known, or --centred"),
         ("the radius of the circle, angle and height", "the radius of the circle, angle and height"),
     ],
@@ -226,7 +233,7 @@ def test_sections_in_one_file(ring, capsys, tmp_path):
     both.write_text("\n".join(["phi [deg];dev (um);nr", *(f"{row};{k}" for k in (1, 2) for row in rows)]))
     code, out, err = told(capsys, both, "--deviation", "dev", "--radius", "30")
     assert code == 0 and "1440 points" in out and "'nr' is one word in each turn" in err
-    assert "they are read as turns of one" in err
+    assert "they are read as turns of one" in err and "say --section nr=WORD for one of them" in err
     given = ("--deviation", "dev", "--radius", "30", "--section")
     code, out, _ = told(capsys, both, *given, "nr=2")
     assert code == 0 and "720 points" in out

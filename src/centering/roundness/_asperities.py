@@ -45,7 +45,7 @@ def without_asperities(profile: Measured, asked: Outstanding) -> Made:
         raise ValueError(f"reading must have {rule}; got {profile.angle.size}")
     height, runs, scale = _found(profile, asked)
     _refuse_form(runs.out, asked)
-    told = _told(height[runs.out], runs, asked, scale)
+    told = _told(height[runs.out], runs, asked, scale, profile.internal)
     removed = np.column_stack([profile.angle, profile.reading, height])[runs.out]
     return _without(profile, runs.out, tuple(map(tuple, removed.tolist())), told)
 
@@ -110,10 +110,11 @@ def _refuse_form(out: Bools, asked: Outstanding) -> None:
         )
 
 
-def _told(height: Floats, runs: AsperityRuns, asked: Outstanding, scale: float) -> str:
+def _told(height: Floats, runs: AsperityRuns, asked: Outstanding, scale: float, internal: bool) -> str:
     """Sentence on the readings that were taken out."""
     off = "off" if asked.both else "above"
-    least = f"more than {asked.sigmas:g} sd ({UM * asked.sigmas * scale:.2g} µm) {off} the form"
+    way = ", towards the axis of the bore" if internal and not asked.both else ""
+    least = f"more than {asked.sigmas:g} sd ({UM * asked.sigmas * scale:.2g} µm) {off} the form{way}"
     if not height.size:
         return f"no asperity {least}"
     places = f"{runs.number} asperities" if runs.number > 1 else "1 asperity"

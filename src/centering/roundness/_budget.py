@@ -14,8 +14,9 @@ from centering.roundness._budget_rows import AT_BOTH_ENDS, BudgetRow, rows_of, s
 from centering.roundness._circle_noise import NORMS
 from centering.roundness._circle_protocol import Circle
 from centering.roundness._instrument import Instrument
-from centering.roundness._origin import suspect_sentence
-from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm, remark_on
+from centering.roundness._origin import remarks_on
+from centering.roundness._ront_verdict import ront_decision, ront_verdict, told_ront, worst_above
+from centering.roundness._roundness_interval import WORST, RoundnessInterval, limit_in_mm, remark_on
 from sdpgrind.base import checks, notebook, stored
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.by_name import called
@@ -122,16 +123,23 @@ class Budget(Described, ByValue, Result):
         ----------
         confidence : float
             Chance by the other sources, 0.5 ... 0.999, unit 1.
+
+        Returns
+        -------
+        RoundnessInterval
+            Both ends, mm; its method is "worst case of the spindle". Without an error of the spindle
+            `interval`.
         """
         ends = self._interval(confidence, [row for row in self.rows if row.law != AT_BOTH_ENDS])
-        most = self.spindle_bound
-        return ends.replace(low=max(ends.low - most, 0.0), high=ends.high + most)
+        if not (most := self.spindle_bound):
+            return ends
+        return ends.replace(method=WORST, low=max(ends.low - most, 0.0), high=ends.high + most)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences that a reader of RONt (mm) needs, as of `Roundness.remarks`, by this interval."""
         above = remark_on(self.roundness.ron_t, self.interval())
-        return (*above, *suspect_sentence(self.roundness.origin))
+        return (*above, *remarks_on(self.roundness.origin))
 
     def conforms(self, limit: float) -> str:
         """Return the decision on a limit of RONt by the interval of 95 % (ISO 14253-1).
@@ -147,7 +155,26 @@ class Budget(Described, ByValue, Result):
             "accepted" where the whole interval is within the limit, "rejected" where it is above, else "not
             decided".
         """
-        return decided(self.interval(), limit_in_mm("limit", limit))
+        disagreement = self.roundness.origin.disagreement
+        return ront_decision(self.interval(), limit_in_mm("limit", limit), disagreement)
+
+    def verdict(self, limit: float) -> str:
+        """Return a sentence on a limit of RONt, as of `Roundness.verdict`, by this interval.
+
+        Parameters
+        ----------
+        limit : float
+            Limit, mm.
+
+        Returns
+        -------
+        str
+            Value, interval and decision in µm, and the worst case of the spindle where it is above the limit.
+        """
+        most, circle, ends = limit_in_mm("limit", limit), self.roundness, self.interval()
+        told = told_ront(circle.kind, circle.ron_t, ends)
+        found = ront_verdict(told, ends, most, "", circle.origin.disagreement)
+        return found + (worst_above(self.worst_case().high, most) if self.spindle_bound else "")
 
     def report(
         self, path: str | os.PathLike[str] | None = None, *, limits: Mapping[Any, float] | None = None

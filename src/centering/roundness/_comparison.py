@@ -39,7 +39,7 @@ def compared(before: Filtered, after: Filtered, rotation: float | None) -> FormC
     first, second = _common(before.harmonics(), after.harmonics())
     turn, alike = _rotation(first, second, rotation)
     circles = before.roundness(), after.roundness()
-    earlier, later = (each.interval() if each.noise_sd.size else None for each in circles)
+    earlier, later = (None if each.why_no_interval else each.interval() for each in circles)
     return FormChange(
         first,
         second.replace(phase=second.phase - second.upr * turn),
@@ -51,6 +51,8 @@ def compared(before: Filtered, after: Filtered, rotation: float | None) -> FormC
         later,
         None if earlier is None or later is None else chance_below(later, earlier),
         before._origin.filter,
+        circles[0].origin,
+        circles[1].origin,
     )
 
 

@@ -14,7 +14,7 @@ from sdpgrind.base import checks, pictures, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.base.quantities import Described, array, custom, described, flag
 from sdpgrind.base.results import Result
 
 CYLINDERS = {
@@ -53,6 +53,8 @@ class Cylinder(Described, ByValue, Result):
         Radius of the tip, mm; negative for a bore read from within.
     certificate : str
         Sentence on the proof, which is local.
+    internal : bool
+        Whether a bore is read, from within. Default: as the tip says.
 
     Examples
     --------
@@ -77,11 +79,21 @@ class Cylinder(Described, ByValue, Result):
     points: Floats = array("mm", finite=False)
     tip_radius: float = custom(unit="mm", default=0.0)
     certificate: str = custom(default="")
+    internal: bool = flag(default=False)
 
     @cached_property
     def deviation(self) -> Floats:
         """Distance of each point from the cylinder, (n,), mm; positive outside. Read-only."""
         return lasting(axis_distances(self.points, self.axis) - (self.radius + self.tip_radius))
+
+    def _check(self) -> None:
+        object.__setattr__(self, "internal", self.internal or self.tip_radius < 0)
+
+    @cached_property
+    def _sides(self) -> tuple[float, float]:
+        """Deviations of the points farthest out and in, mm; nothing lies outside MCC, nothing inside MIC."""
+        out = 0.0 if self.kind == "MCC" else float(self.deviation.max())
+        return out, 0.0 if self.kind == "MIC" else float(self.deviation.min())
 
     @property
     def cyl_t(self) -> float:
@@ -90,13 +102,13 @@ class Cylinder(Described, ByValue, Result):
 
     @cached_property
     def cyl_p(self) -> float:
-        """Height of the highest peak above the cylinder, CYLp, mm; of MCC 0."""
-        return 0.0 if self.kind == "MCC" else float(self.deviation.max())
+        """Height of the highest peak, CYLp, mm: out of the material; 0 of MCC of a shaft, MIC of a bore."""
+        return -self._sides[1] + 0.0 if self.internal else self._sides[0]
 
     @cached_property
     def cyl_v(self) -> float:
-        """Depth of the deepest valley below the cylinder, CYLv, mm; of MIC 0."""
-        return 0.0 if self.kind == "MIC" else float(-self.deviation.min())
+        """Depth of the deepest valley, CYLv, mm: into the material; 0 of MIC of a shaft, of MCC of a bore."""
+        return self._sides[0] if self.internal else -self._sides[1] + 0.0
 
     @cached_property
     def cyl_q(self) -> float:
@@ -153,7 +165,7 @@ class Cylinder(Described, ByValue, Result):
         >>> oval = Profile(20.0 + 1e-3 * np.cos(2 * np.radians(np.arange(360.0))))
         >>> found = Sections([oval] * 3, [0.0, 10.0, 20.0]).cylinder("MZC")
         >>> print(found.report(limits={"CYLt": 0.003}).splitlines()[3])
-        CYLt (MZC) 2 µm, limit 3 µm: kept, no interval
+        CYLt (MZC) 2 µm, limit 3 µm: not decided, within the limit as measured, no interval
         """
         return str(called("centering.roundness._cylinder_sheet:report", self, path, limits))
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from centering.roundness._cylinder import CYLINDERS, Cylinder
 from centering.roundness._profile_sheet import limit_of
+from centering.roundness._ront_verdict import without_interval
 from sdpgrind.base.sheets import page
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Picture, Sentences
@@ -16,7 +17,7 @@ from sdpgrind.base.sheets.record_page import SIGNATURE, arrays_digest
 from sdpgrind.base.units import UM
 
 CYL = {"CYLt": "cyl_t", "CYLp": "cyl_p", "CYLv": "cyl_v", "CYLq": "cyl_q"}  # source: ISO 12180-1
-NO_INTERVAL = "No interval is measured for cylinders: a limit is held against the value alone, unsigned."
+NO_INTERVAL = "No interval is measured for cylinders: their limits are not decided."
 
 
 def report(
@@ -66,5 +67,4 @@ def _axis(cylinder: Cylinder) -> list[Amounts]:
 
 def verdict(name: str, value: float, limit: float) -> str:
     """Sentence on a value (mm) without an interval, and its limit (mm)."""
-    kept = "kept" if value <= limit else "exceeded"
-    return f"{name} {UM * value:.4g} µm, limit {UM * limit:.4g} µm: {kept}, no interval"
+    return f"{name} {UM * value:.4g} µm, limit {UM * limit:.4g} µm: {without_interval(value, limit)}"

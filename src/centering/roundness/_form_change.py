@@ -1,26 +1,30 @@
-"""What grinding changed of a part's form: harmonics before and after, removed form, RONt of both."""
+"""What grinding changed of a part's form: harmonics before and after, RONt, files and steps of both."""
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from centering.roundness._harmonics import Harmonics, above_noise
+from centering.roundness._harmonics import Harmonics, above_noise, noise_height
+from centering.roundness._origin import MEASURED, Origin, remarks_on
 from centering.roundness._roundness_interval import RoundnessInterval
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.source import Source
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.sheets.amounts import Amounts
-from sdpgrind.base.sheets.blocks import AmountTable, Block, Sentences
+from sdpgrind.base.sheets.blocks import AmountTable, Block, Listing, Sentences
 from sdpgrind.base.units import UM
 
 _SURE = 1e-4  # chosen: chances nearer to 0 or 1 rest on the tails of a normal law
+_GROWN = 5  # chosen: harmonics that are named in the sentence on those that grew
 _ROWS = 12  # chosen: largest undulations of each in the table of the page
 _PARTS = ("before", "after", "interval_before", "interval_after")
+_ORIGINS = ("origin_before", "origin_after")
 _NUMBERS = {
     "rotation": ("rad", "turn of the part between both"),
     "correlation": ("1", "correlation of both forms"),
@@ -50,6 +54,8 @@ class FormChange(ByValue, Plan):
         interval; None without intervals.
     filter : str
         Filter of both.
+    origin_before, origin_after : Origin
+        Files and steps of both measurements. Default: not known.
 
     Examples
     --------
@@ -74,6 +80,8 @@ class FormChange(ByValue, Plan):
     interval_after: RoundnessInterval | None
     probability: float | None
     filter: str
+    origin_before: Origin = MEASURED
+    origin_after: Origin = MEASURED
 
     @property
     def removed(self) -> Harmonics:
@@ -85,13 +93,34 @@ class FormChange(ByValue, Plan):
 
     @property
     def ratio(self) -> Floats:
-        """Amplitude after over that before, (n,), unit 1; NaN where there was none."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = self.after.amplitude / self.before.amplitude
-        return np.where(np.isfinite(found), found, np.nan)
+        """Amplitude after over that before, (n,), unit 1; NaN where that before is not above its noise."""
+        seen = (self.before.amplitude > 0) & (self.before.amplitude > noise_height(self.before.sd))
+        found = np.full(seen.size, np.nan)
+        return np.asarray(np.divide(self.after.amplitude, self.before.amplitude, out=found, where=seen))
+
+    @property
+    def change(self) -> Floats:
+        """Amplitude after less that before, (n,), mm; positive where a harmonic grew."""
+        return np.asarray(self.after.amplitude - self.before.amplitude)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on harmonics that grew (mm), steps of the measurement before, and doubts about it."""
+        steps = (f"before: step: {step}" for step in self.origin_before.steps)
+        doubts = (f"before: {each}" for each in remarks_on(self.origin_before))
+        return (*self._grown(), *steps, *doubts)
+
+    def _grown(self) -> Iterator[str]:
+        """Sentence on the harmonics that grew by more than noise, the most first."""
+        sure = self.change > noise_height(np.hypot(self.before.sd, self.after.sd))
+        order = [k for k in np.argsort(-self.change, kind="stable") if sure[k] and self.change[k] > 0]
+        if order:
+            named = (f"{self.before.upr[k]:g} upr by {UM * self.change[k]:.2g} µm" for k in order[:_GROWN])
+            more = f", and {len(order) - _GROWN} more" if len(order) > _GROWN else ""
+            yield f"grew: {', '.join(named)}{more}"
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Return a table of undulations: amplitudes and their sd in mm, ratio, removed amplitude in mm.
+        """Return a table of undulations: amplitudes, sd and change in mm, ratio (unit 1).
 
         Returns
         -------
@@ -104,7 +133,7 @@ class FormChange(ByValue, Plan):
             "after": self.after.amplitude,
             "after_sd": self.after.sd,
             "ratio": self.ratio,
-            "removed": self.removed.amplitude,
+            "change": self.change,
         }
         return pd.DataFrame(columns, index=pd.Index(self.before.upr, name="upr"))
 
@@ -116,14 +145,28 @@ class FormChange(ByValue, Plan):
         seen = {upr for each in (self.before, self.after) for upr, _ in above_noise(each, _ROWS)}
         if not seen:
             yield Sentences(["No undulation is above the noise of the readings."])
-            return
+        else:
+            yield self._table(seen)
+        if self.remarks:
+            yield Sentences(self.remarks)
+        yield Listing("\n".join(self._files()))
+
+    def _files(self) -> Iterator[str]:
+        """Source of both measurements, with the digests of their files."""
+        for name, origin in (("before", self.origin_before), ("after", self.origin_after)):
+            told = str(Source.from_json(origin.source)) if origin.source else "not read from a file"
+            yield f"{name}: {told}"
+
+    def _table(self, seen: set[float]) -> AmountTable:
+        """Harmonics of these upr."""
         table = self.to_dataframe().loc[sorted(seen)]
         columns = [Amounts.of("upr", table.index.astype(int), heading="undulations per revolution")]
         columns += [
-            Amounts.of("amplitude", table[name], "mm", name) for name in ("before", "after", "removed")
+            Amounts.of("amplitude", table[name], "mm", name) for name in ("before", "after", "change")
         ]
         columns.append(Amounts.of("ratio", table["ratio"], "1", "after/before"))
-        yield AmountTable(f"Largest undulations ({self.filter})", columns)
+        told = f"Largest undulations, change: after less before ({self.filter})"
+        return AmountTable(told, columns)
 
     @property
     def dataset(self) -> xr.Dataset:
@@ -136,14 +179,15 @@ class FormChange(ByValue, Plan):
         numbers = {name: ((), getattr(self, name), _label(*label)) for name, label in _NUMBERS.items()}
         if self.probability is not None:
             numbers["probability"] = ((), self.probability, _label("1", "probability that RONt fell"))
-        parts = {name: stored.encode(getattr(self, name)) for name in _PARTS}
+        parts = {name: stored.encode(getattr(self, name)) for name in (*_PARTS, *_ORIGINS)}
         upr = {"upr": ("upr", self.before.upr, _label("1", "undulations per revolution"))}
         return xr.Dataset(columns | numbers, upr, parts | {"filter": self.filter})
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> "FormChange":
         """Return the change of a `dataset` (mm, rad)."""
-        parts: dict[str, Any] = {name: stored.decode(dataset.attrs[name]) for name in _PARTS}
+        known = (*_PARTS, *(name for name in _ORIGINS if name in dataset.attrs))  # not in files of before
+        parts: dict[str, Any] = {name: stored.decode(dataset.attrs[name]) for name in known}
         numbers: dict[str, Any] = {name: float(dataset[name]) for name in _NUMBERS}
         chance = float(dataset["probability"]) if "probability" in dataset else None
         return cls(**parts, **numbers, probability=chance, filter=str(dataset.attrs["filter"]))

@@ -64,10 +64,10 @@ class LimitDecision(NamedTuple):
 
     @property
     def found(self) -> str:
-        """Decision by the 95 % interval: "kept", "exceeded" or "not decided"."""
+        """Decision by the 95 % interval: "accepted", "rejected" or "not decided"."""
         if self.size + self.half <= self.limit:
-            return "kept"
-        return "exceeded" if self.size - self.half > self.limit else "not decided"
+            return "accepted"
+        return "rejected" if self.size - self.half > self.limit else "not decided"
 
     def __str__(self) -> str:
         band = f"{self.low} to {self.high} upr: largest {self.quantity} at {self.upr} upr"

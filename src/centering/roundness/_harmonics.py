@@ -207,9 +207,14 @@ class Harmonics(Described, ByValue, Result):
 
 def above_noise(spectrum: Harmonics, count: int) -> list[tuple[float, float]]:
     """Return the largest undulations (upr, mm) that are above the greatest amplitude of noise, falling."""
-    sd = dict(zip(spectrum.upr.tolist(), spectrum.sd.tolist(), strict=True))
-    above = np.sqrt(2 * np.log(max(spectrum.upr.size, 1) / _CHANCE))  # of the greatest Rayleigh amplitude
-    return [(upr, size) for upr, size in spectrum.largest(count) if size > above * sd[upr]]
+    highest = dict(zip(spectrum.upr.tolist(), noise_height(spectrum.sd).tolist(), strict=True))
+    return [(upr, size) for upr, size in spectrum.largest(count) if size > highest[upr]]
+
+
+def noise_height(sd: Floats) -> Floats:
+    """Return the amplitude (mm) that the greatest of noise alone exceeds in one of 20 (sd in mm)."""
+    above = np.sqrt(2 * np.log(max(sd.size, 1) / _CHANCE))  # of the greatest Rayleigh amplitude
+    return np.asarray(above * sd)
 
 
 _CHANCE = 0.05  # chosen: share of profiles in which noise alone is named

@@ -49,6 +49,11 @@ def multistep(profiles: Sequence[Profile], angles: npt.ArrayLike) -> Separation:
         For fewer than 3 steps, repeated angles or more than one turn of them, profiles that are no even turn
         of one number of points; for angles that count against the turn.
 
+    Warns
+    -----
+    UserWarning
+        Where the steps do not agree; `Separation.disagreement` and the pages of the part keep the sentence.
+
     Examples
     --------
     >>> import numpy as np
@@ -66,8 +71,11 @@ def multistep(profiles: Sequence[Profile], angles: npt.ArrayLike) -> Separation:
     read, passed = amplitudes(profiles, upr), passed_noise(profiles, upr)
     found = split(read, setups, upr)
     _refuse_against(read, found, setups, upr)
-    _warn_of_disagreement(read, found, passed, upr)
-    return separation_of(profiles, setups, upr, found, found.noise(passed), f"{turns.size} steps")
+    told = _disagreement(read, found, passed, upr)
+    if told:
+        warn(told)
+    noise = found.noise(passed)
+    return separation_of(profiles, setups, upr, found, noise, f"{turns.size} steps", told)
 
 
 def _turns(profiles: Sequence[Profile], angles: npt.ArrayLike) -> Floats:
@@ -97,17 +105,18 @@ def _refuse_against(read: Complex, found: Split, setups: Setups, upr: Floats) ->
         )
 
 
-def _warn_of_disagreement(read: Complex, found: Split, passed: Floats, upr: Floats) -> None:
-    """Warn where one harmonic leaves far more than the noise that most of them show."""
+def _disagreement(read: Complex, found: Split, passed: Floats, upr: Floats) -> str:
+    """Sentence where one harmonic leaves far more than the noise that most of them show; else empty."""
     known = np.flatnonzero(passed > _HELD * passed.max())
     if not known.size:  # behind a robust filter the noise is not known
-        return
+        return ""
     left = np.sqrt(np.mean(np.abs(found.left[:, known]) ** 2, axis=0)) / passed[known]
     usual = max(float(np.median(left)), _STILL * float(np.abs(read).max()))
     worst = int(np.argmax(left))
-    if left[worst] > _APART * usual:
-        warn(
-            f"the steps do not agree: at {upr[known[worst]]:g} upr they leave {UM * left[worst]:.2g} µm,"
-            f" {left[worst] / usual:.2g} times what is usual: angles or files exchanged, a part that moved on"
-            " the table, or a spindle that does not repeat"
-        )
+    if left[worst] <= _APART * usual:
+        return ""
+    return (
+        f"the steps do not agree: at {upr[known[worst]]:g} upr they leave {UM * left[worst]:.2g} µm,"
+        f" {left[worst] / usual:.2g} times what is usual: angles or files exchanged, a part that moved on"
+        " the table, or a spindle that does not repeat"
+    )

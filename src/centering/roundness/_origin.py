@@ -32,6 +32,8 @@ class Origin:
 
     `hidden`: why the noise cannot be known from the readings, looked at before a filter; "": it can.
 
+    `disagreement`: sentence on steps of a separation that do not agree; empty where they do.
+
     `noise_given`: whether `noise_sd` was given by the user.
 
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
@@ -54,6 +56,7 @@ class Origin:
     noise_given: bool = False
     suspects: int = -1
     hidden: str | None = None
+    disagreement: str = ""
     source: str = dataclasses.field(default="", compare=False)
 
 
@@ -108,7 +111,12 @@ def runout_sentence(runout: RollerError) -> str:
     )
 
 
-def suspect_sentence(origin: Origin) -> tuple[str, ...]:
+def remarks_on(origin: Origin) -> tuple[str, ...]:
+    """Sentences on steps that do not agree and on readings that look like asperities; mostly none."""
+    return (*filter(None, (origin.disagreement,)), *_suspect_sentence(origin))
+
+
+def _suspect_sentence(origin: Origin) -> tuple[str, ...]:
     """Sentence on readings that look like asperities; none where there are none."""
     if origin.suspects <= 0:
         return ()

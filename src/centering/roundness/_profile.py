@@ -44,8 +44,8 @@ class Profile(FormerNames, SteppedReadings, Plan):
     tip_radius : float
         Radius of the probe's tip or roller, mm, >= 0.
     internal : bool
-        Whether a bore is read, from within. Readings count away from the axis as well; peaks are at wide
-        places.
+        Whether a bore is read, from within. Readings count away from the axis as well; peaks are at
+        narrow places, where the material stands out, valleys at wide ones (ISO 12181-1).
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
         upr: float | tuple[float | None, float | None] | str | None = None,
         rotation: float | None = None,
     ) -> FormChange:
-        """Compare the part with the measurement before grinding: removed form, RONt, chance that it fell.
+        """Compare the part with the measurement before grinding: form, RONt, chance that it fell.
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
         Returns
         -------
         FormChange
-            Harmonics of both, removed form, RONt of both with intervals, probability that RONt fell.
+            Harmonics of both, their change, RONt of both with intervals, probability that RONt fell, files.
 
         Raises
         ------
@@ -250,7 +250,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
         >>> noise = 1e-5 * np.random.default_rng(0).normal(size=angle.size)
         >>> profile = Profile(angle, 65.69 + 2e-4 * np.cos(3 * angle) + noise)
         >>> print(profile.report(limits={"RONt": 0.001}).splitlines()[5])
-        RONt (LSC) 0.4562 µm (0.38 .. 0.48, 95 % guaranteed), limit 1 µm: kept
+        RONt (LSC) 0.4562 µm as measured (0.38 .. 0.48, 95 % guaranteed); limit 1 µm: accepted
         """
         return sheet_of_profile(self, path, limits)
 

@@ -2,14 +2,15 @@
 
 import os
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 
-from centering.roundness._circle_noise import NORMS
 from centering.roundness._harmonic_verdicts import harmonic_verdicts, measured_for, split_limits
 from centering.roundness._harmonics import above_noise
-from centering.roundness._origin import suspect_sentence
+from centering.roundness._origin import remarks_on
+from centering.roundness._ront_verdict import without_interval
 from centering.roundness._roundness import Roundness
 from centering.roundness._roundness_interval import RoundnessInterval, limit_in_mm
 from sdpgrind.base import checks
@@ -33,7 +34,7 @@ def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[An
     more: list[Block] = [_circles(profile), *_undulations(profile), Picture("LSC", form.plot)]
     verdicts = [_verdict(profile, name, limit) for name, limit in given.items()]
     verdicts += harmonic_verdicts(measured_for(profile, waves))
-    remarks = suspect_sentence(form.origin)
+    remarks = remarks_on(form.origin)
     more.insert(0, Sentences([*verdicts, _passed(profile), *remarks], strong=bool(limits)))
     if (source := profile.source) is not None:
         more += [Heading("Source of the data"), Listing(str(source))]
@@ -49,7 +50,12 @@ def _passed(profile: Any) -> str:
 
 def limit_of(name: str, given: float, names: Mapping[str, Any]) -> float:
     """Limit in mm; an unknown name, and one in micrometres, is refused."""
-    checks.one_of("limits", name, names)
+    if name not in names:
+        lower = {each.lower(): each for each in names}
+        close = get_close_matches(name.lower(), lower, 1)
+        meant = f"; is {lower[close[0]]!r} meant?" if close else ""
+        known = ", ".join(names)
+        raise ValueError(f"{checks.refuse('limits', f'one of {known}', name)}{meant}")
     return limit_in_mm(f"limits[{name!r}]", given)
 
 
@@ -60,17 +66,16 @@ def _verdict(profile: Any, asked: str, limit: float) -> str:
         form: Roundness = profile.roundness(kind)
     except ValueError as error:
         raise ValueError(f"limits[{asked!r}]: {error}") from None
-    value, told = getattr(form, FORM[name]), f"limit {UM * limit:.4g} µm"
-    ends = _ends(form) if name == "RONt" else None
-    if ends is None:
-        return f"{name} ({kind}) {UM * value:.4g} µm, {told}: {'kept' if value <= limit else 'exceeded'}"
-    found = "kept" if ends.high <= limit else "exceeded" if ends.low > limit else "not decided"
-    return f"{name} ({kind}) {UM * value:.4g} µm ({ends.ends}, 95 % {ends.method}), {told}: {found}"
+    if name == "RONt":
+        return form.verdict(limit)
+    value = getattr(form, FORM[name])
+    size = f"{name} ({kind}) {UM * value:.4g} µm, limit {UM * limit:.4g} µm"
+    return f"{size}: {without_interval(value, limit)}"
 
 
 def _ends(form: Roundness) -> RoundnessInterval | None:
     """Interval of RONt; None where the noise is not known, or no method is."""
-    return form.interval() if form.noise_sd.size and form.kind in NORMS else None
+    return None if form.why_no_interval else form.interval()
 
 
 def _circles(profile: Any) -> AmountTable:

@@ -287,7 +287,7 @@ def roundness(profile: Measured, kind: str) -> Roundness:
         return _about_zero(profile, kind, noise, upr)
     return reference_circle(
         profile.points, kind, tip_radius=profile._tip, noise_sd=noise, noise_upr=upr, filter=name
-    ).replace(origin=profile._origin)
+    ).replace(origin=profile._origin, internal=profile.internal)
 
 
 def _about_zero(profile: Measured, kind: str, noise: Floats | None, upr: Floats) -> Roundness:
@@ -303,6 +303,6 @@ def _about_zero(profile: Measured, kind: str, noise: Floats | None, upr: Floats)
         kind, profile.circle.value[1:], float(profile.circle.radius), none, none.astype(bool),
         float(np.sqrt(np.mean(deviation**2))), profile.points, tip_radius=profile._tip,
         noise_sd=np.empty(0) if noise is None else noise, noise_upr=upr, filter=profile._origin.filter,
-        origin=profile._origin,
+        origin=profile._origin, internal=profile.internal,
         certificate="the band holds no 1 upr: deviations are about its own zero, not about a fitted circle",
     )  # fmt: skip

@@ -13,15 +13,16 @@ from centering.roundness._circle_noise import NORMS, interval_of, methods_of
 from centering.roundness._form_change import FormChange
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._instrument import Instrument
-from centering.roundness._origin import MEASURED, Origin, suspect_sentence
+from centering.roundness._origin import MEASURED, Origin, remarks_on
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
-from centering.roundness._roundness_interval import RoundnessInterval, decided, limit_in_mm, remark_on
+from centering.roundness._ront_verdict import ront_decision, ront_verdict, told_ront
+from centering.roundness._roundness_interval import RoundnessInterval, limit_in_mm, remark_on
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.base.quantities import Described, array, custom, described, flag
 from sdpgrind.base.results import Result
 from sdpgrind.base.warned import warn
 
@@ -67,6 +68,8 @@ class Roundness(Described, ByValue, Result):
         Sentence on the proof.
     origin : Origin
         Steps of the profile, its source, and standard deviations of its harmonics (mm) by upr (unit 1).
+    internal : bool
+        Whether a bore is read, from within, with the material outside the circle. Default: as the tip says.
 
     Examples
     --------
@@ -96,12 +99,22 @@ class Roundness(Described, ByValue, Result):
     filter: str = custom(default="")
     certificate: str = custom(default="")
     origin: Origin = custom(default=MEASURED)
+    internal: bool = flag(default=False)
 
     @cached_property
     def deviation(self) -> Floats:
         """Distance of each point from the circle, (n,), mm; positive outside. Read-only."""
         across, up = self.points[:, 0] - self.center[0], self.points[:, 1] - self.center[1]
         return lasting(np.sqrt(across * across + up * up) - (self.radius + self.tip_radius))
+
+    def _check(self) -> None:
+        object.__setattr__(self, "internal", self.internal or self.tip_radius < 0)
+
+    @cached_property
+    def _sides(self) -> tuple[float, float]:
+        """Deviations of the points farthest out and in, mm; nothing lies outside MCC, nothing inside MIC."""
+        out = 0.0 if self.kind == "MCC" else float(self.deviation.max())
+        return out, 0.0 if self.kind == "MIC" else float(self.deviation.min())
 
     @property
     def ron_t(self) -> float:
@@ -125,13 +138,19 @@ class Roundness(Described, ByValue, Result):
 
     @cached_property
     def ron_p(self) -> float:
-        """Height of the highest peak above the circle, RONp, mm; of MCC, outside of which is nothing, 0."""
-        return 0.0 if self.kind == "MCC" else float(self.deviation.max())
+        """Height of the highest peak, RONp, mm: out of the material, in a bore inside the circle.
+
+        ISO 12181-1; 0 of MCC about a shaft and of MIC in a bore.
+        """
+        return -self._sides[1] + 0.0 if self.internal else self._sides[0]
 
     @cached_property
     def ron_v(self) -> float:
-        """Depth of the deepest valley below the circle, RONv, mm; of MIC, inside of which is nothing, 0."""
-        return 0.0 if self.kind == "MIC" else float(-self.deviation.min())
+        """Depth of the deepest valley, RONv, mm: into the material, in a bore outside the circle.
+
+        ISO 12181-1; 0 of MIC in a shaft and of MCC about a bore.
+        """
+        return self._sides[0] if self.internal else -self._sides[1] + 0.0
 
     @cached_property
     def ron_q(self) -> float:
@@ -207,6 +226,13 @@ class Roundness(Described, ByValue, Result):
             "no interval of RONt without the noise: measure several turns, or give it, Profile.with_noise_sd"
         )
 
+    @property
+    def why_no_budget(self) -> str:
+        """Reason why no uncertainty budget of RONt (mm) is known; empty where there may be one."""
+        if self.kind not in NORMS:
+            return f"of RONt about {self.kind} none is known, only about LSC and MZC"
+        return "none is known after a robust filter, which is not linear" if "robust" in self.filter else ""
+
     @cached_property
     def _usual(self) -> RoundnessInterval | None:
         """The interval of 95 %; None where there is none."""
@@ -216,7 +242,7 @@ class Roundness(Described, ByValue, Result):
     def remarks(self) -> tuple[str, ...]:
         """Sentences that a reader of RONt (mm) needs, as where it is above its own interval; mostly none."""
         above = () if self._usual is None else remark_on(self.ron_t, self._usual)
-        return (*above, *suspect_sentence(self.origin))
+        return (*above, *remarks_on(self.origin))
 
     def conforms(self, limit: float) -> str:
         """Return the decision on a limit of RONt by the interval of 95 %, without the tester's errors.
@@ -230,9 +256,38 @@ class Roundness(Described, ByValue, Result):
         -------
         str
             "accepted" where the whole interval is within the limit, "rejected" where it is above, else "not
-            decided".
+            decided"; that also where the steps of a separation do not agree.
         """
-        return decided(self.interval(), limit_in_mm("limit", limit))
+        return ront_decision(self.interval(), limit_in_mm("limit", limit), self.origin.disagreement)
+
+    def verdict(self, limit: float) -> str:
+        """Return a sentence on a limit of RONt: value, interval and decision as of `conforms`, in µm.
+
+        Parameters
+        ----------
+        limit : float
+            Limit, mm.
+
+        Returns
+        -------
+        str
+            Without an interval "not decided", and why.
+
+        Examples
+        --------
+        >>> from centering import Profile
+        >>> angle = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+        >>> noise = 3e-4 * np.random.default_rng(0).normal(size=720)
+        >>> noisy = Profile(angle, 30.0 + 0.001 * np.cos(3 * angle) + noise).filter(upr=50).roundness()
+        >>> told, _, found = noisy.verdict(0.0023).partition("; ")
+        >>> told
+        'RONt (LSC) 2.36 µm as measured, 2.04 without the lift of noise (1.84 .. 2.20, 95 % calibrated)'
+        >>> found
+        'limit 2.3 µm: accepted'
+        """
+        most = limit_in_mm("limit", limit)
+        told = told_ront(self.kind, self.ron_t, self._usual)
+        return ront_verdict(told, self._usual, most, self.why_no_interval, self.origin.disagreement)
 
     def budget(self, instrument: Instrument, *, height: float | None = None) -> Budget:
         """Return the uncertainty budget of RONt by noise, form and tester.
@@ -290,7 +345,8 @@ class Roundness(Described, ByValue, Result):
             Limits of "RONt", "RONp", "RONv", "RONq" about this circle, mm, and of harmonics after the
             filter, as of `Profile.harmonics`.
         instrument : Instrument, optional
-            Errors of the tester, for the budget. None: the interval is that of noise and form.
+            Errors of the tester, for the budget. None: the interval is that of noise and form. Where no
+            budget is known, it is left out, and the page says why.
         height : float, optional
             Height of the section above the table, mm, as of `budget`.
         harmonics : Harmonics, optional
@@ -319,11 +375,13 @@ class Roundness(Described, ByValue, Result):
         >>> angle = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
         >>> noise = 2e-5 * np.random.default_rng(0).normal(size=720)
         >>> form = Profile(angle, 30.0 + 0.001 * np.cos(3 * angle) + noise).filter(upr=50).roundness("MZC")
-        >>> print(form.report(limits={"RONt": 0.0025}).splitlines()[3])
-        RONt (MZC) 2.008 µm as measured; 1.984 .. 2.012 µm at 95 %, limit 2.5 µm: accepted (by noise alone)
+        >>> print(form.report(limits={"RONt": 0.0025}).splitlines()[3].partition("; ")[2])
+        limit 2.5 µm: accepted (by noise alone)
         """
-        budget = None if instrument is None else self.budget(instrument, height=height)
-        more = (limits, budget, harmonics, change)
+        asked = instrument is not None
+        why = self.why_no_budget if asked else ""
+        budget = self.budget(instrument, height=height) if instrument is not None and not why else None
+        more = (limits, budget, harmonics, change, why)
         return str(called("centering.roundness._sheet:report", self, path, *more))
 
     @property
@@ -359,8 +417,8 @@ class Roundness(Described, ByValue, Result):
     def plot(self, ax: Any = None) -> Any:
         """Draw the profile magnified about the circle's centre, with circles and contacts; return the figure.
 
-        A ring of the paper is a division of the scale, in µm; inner circles are dashed, contacts dots, peak
-        and valley of LSC triangles.
+        A ring of the paper is a division of the scale, in µm; inner circles are dashed, contacts dots, the
+        points of LSC farthest out and in triangles.
 
         Parameters
         ----------
@@ -373,9 +431,11 @@ class Roundness(Described, ByValue, Result):
         if self.kind in ("LSC", "MCC", "MIC"):
             draw_circle(ax, scale, color="C3", label=KINDS[self.kind])
         if self.kind != "MCC":
-            draw_circle(ax, scale, self.ron_p, color="C3" if self.kind == "MZC" else "0.4")
+            draw_circle(ax, scale, self._sides[0], color="C3" if self.kind == "MZC" else "0.4")
         if self.kind != "MIC":
-            draw_circle(ax, scale, -self.ron_v, color="C3" if self.kind == "MZC" else "0.4", linestyle="--")
+            draw_circle(
+                ax, scale, self._sides[1], color="C3" if self.kind == "MZC" else "0.4", linestyle="--"
+            )
         self._mark(ax, scale, angle)
         filtered = f", {self.filter}" if self.filter else ""
         ax.set_title(f"{self.kind}: RONt {self.value / units.um(1.0):.4g} µm{filtered}")

@@ -7,6 +7,8 @@ from sdpgrind.base.quantities import Described, another_unit, custom, described,
 from sdpgrind.base.results import Result
 from sdpgrind.base.units import UM
 
+CALIBRATED, WORST = "calibrated", "worst case of the spindle"
+_SHOWN = 1e-3  # chosen: least width over the value that adds digits; an interval without width has five
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 
 
@@ -22,8 +24,8 @@ class RoundnessInterval(Described, Result):
         RONt without what the noise lifts it by, mm; of the guaranteed method the measured RONt.
     confidence : float
         Chance that such an interval holds the truth, unit 1.
-    method : {"calibrated", "guaranteed"}
-        Method.
+    method : {"calibrated", "guaranteed"} or str
+        Method; of `Budget.worst_case` "worst case of the spindle".
 
     Examples
     --------
@@ -38,13 +40,25 @@ class RoundnessInterval(Described, Result):
     method: str = custom()
 
     def __repr__(self) -> str:
-        return f"RoundnessInterval({self.ends} µm, {100 * self.confidence:g} %, {self.method})"
+        chance = f"{100 * self.confidence:g} %"
+        if self.method == WORST:  # an extreme: the chance is that of the other sources
+            return f"RoundnessInterval({self.ends} µm, {WORST}; by the other sources {chance})"
+        return f"RoundnessInterval({self.ends} µm, {chance}, {self.method})"
 
     @property
     def ends(self) -> str:
         """Both ends as text, µm (not mm), to a hundredth of the width."""
-        places = max(0, 2 - ceil(log10(max(1e3 * (self.high - self.low), 1e-6))))
-        return f"{1e3 * self.low:.{places}f} .. {1e3 * self.high:.{places}f}"
+        return f"{1e3 * self.low:.{self._places}f} .. {1e3 * self.high:.{self._places}f}"
+
+    @property
+    def middle(self) -> str:
+        """The value as text, µm (not mm), to a hundredth of the width."""
+        return f"{1e3 * self.value:.{self._places}f}"
+
+    @property
+    def _places(self) -> int:
+        width = 1e3 * (self.high - self.low)
+        return max(0, 2 - ceil(log10(max(width, _SHOWN * 1e3 * self.high, 1e-6))))
 
 
 def remark_on(measured: float, ends: RoundnessInterval) -> tuple[str, ...]:

@@ -225,7 +225,8 @@ class Sections(ByValue, Plan):
             When the readings cover less than half a turn, lie along too few lines, or hold no inscribed
             cylinder.
         """
-        return reference_cylinder(self.points, kind, self._tip)
+        bore = self.profiles[0].internal if self._scan is None else self._scan.internal
+        return reference_cylinder(self.points, kind, self._tip).replace(internal=bore)
 
     def straightness(self, method: str = "MZC") -> float:
         """Return the straightness of the median line, mm: diameter of a tube about the sections' centres.
@@ -303,7 +304,7 @@ class Sections(ByValue, Plan):
         >>> oval = Profile(20.0 + 1e-3 * np.cos(2 * np.linspace(0.0, 2 * np.pi, 360, endpoint=False)))
         >>> shaft = Sections([oval] * 3, [0.0, 10.0, 20.0])
         >>> print(shaft.report(limits={"total run-out": 0.003}).splitlines()[5])
-        total run-out 2 µm, limit 3 µm: kept, no interval
+        total run-out 2 µm, limit 3 µm: not decided, within the limit as measured, no interval
         """
         return str(called("centering.roundness._sections_sheet:report", self, path, limits))
 

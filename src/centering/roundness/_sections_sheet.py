@@ -9,13 +9,15 @@ import numpy as np
 from centering.roundness._circle_noise import NORMS
 from centering.roundness._cylinder import CYLINDERS, Cylinder
 from centering.roundness._cylinder_sheet import CYL, NO_INTERVAL, verdict
-from centering.roundness._origin import suspect_sentence
+from centering.roundness._origin import remarks_on
 from centering.roundness._profile_sheet import limit_of
 from sdpgrind.base.by_name import called
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Listing, Picture, Sentences
 
 _SHAPE = {"total run-out": "total_runout", "straightness": "straightness", "coaxiality": "coaxiality"}
+_TO_DATUM = ("total run-out", "coaxiality")
+_SPINDLE, _OWN = ", to the spindle's axis", ", to the part's own (LSC cylinder)"
 _OF_SECTIONS = ("straightness", "coaxiality")
 _NAMES = {f"{name} ({kind})": (name, kind) for kind in CYLINDERS for name in CYL}
 _NAMES |= {name: (name, "LSC") for name in CYL}  # as on the page of a profile
@@ -63,18 +65,27 @@ def _blocks(sections: Any, found: Mapping[str, Cylinder], verdicts: list[str]) -
             Amounts.of("radius", radii, heading="radius [mm]"),
         ],
     )
-    shape = [name for name in _SHAPE if sections.profiles or name not in _OF_SECTIONS]
-    rows = [Amounts.of(name, [getattr(sections, _SHAPE[name])()], "mm") for name in shape]
-    yield AmountTable("About the spindle axis; of the median line", rows, ("what", "value"))
+    yield AmountTable("Run-out, coaxiality and median line", [*_shape(sections, found)], ("what", "value"))
     if sections.profiles:
-        yield _each(sections)
+        yield _each(sections, found)
     if (zone := found.get("MZC")) is not None:
         yield Sentences([zone.certificate])
         yield Picture("Deviations from the minimum zone, magnified, over the height", zone.plot)
 
 
-def _each(sections: Any) -> AmountTable:
-    """A row for each section; intervals of RONt where they are known."""
+def _shape(sections: Any, found: Mapping[str, Cylinder]) -> Iterator[Amounts]:
+    """Run-out and coaxiality to the spindle's axis and to the part's own, whose tilt is not in them."""
+    for name, field in _SHAPE.items():
+        if not sections.profiles and name in _OF_SECTIONS:
+            continue
+        measure = getattr(sections, field)
+        yield Amounts.of(name, [measure()], "mm", name if name not in _TO_DATUM else f"{name}{_SPINDLE}")
+        if name in _TO_DATUM and (own := found.get("LSC")) is not None:
+            yield Amounts.of(f"{name}{_OWN}", [measure(own)], "mm")
+
+
+def _each(sections: Any, found: Mapping[str, Cylinder]) -> AmountTable:
+    """A row for each section; intervals of RONt where they are known; run-out about both axes."""
     circles = [profile.roundness() for profile in sections.profiles]
     ends = [each.interval() if each.noise_sd.size and each.kind in NORMS else None for each in circles]
     columns = [
@@ -90,6 +101,14 @@ def _each(sections: Any) -> AmountTable:
             Amounts.of(head, [np.nan if each is None else getattr(each, name) for each in ends], "mm", head)
             for head, name in (("from", "low"), ("to", "high"))
         ]
+    columns.append(
+        Amounts.of("runout", [each.radial_runout() for each in sections.profiles], "mm", "run-out")
+    )
+    if (own := found.get("LSC")) is not None:
+        pairs = zip(sections.profiles, sections.heights, strict=True)
+        runouts = [profile.radial_runout(own, heights=float(height)) for profile, height in pairs]
+        columns.append(Amounts.of("own_runout", runouts, "mm", "run-out about own axis"))
+    told += "; circular run-out about the axes of the spindle and of the least squares cylinder"
     return AmountTable(f"Roundness of each section about its least squares circle ({told})", columns)
 
 
@@ -100,7 +119,7 @@ def _origin(sections: Any) -> Iterator[Block]:
     lines = [f"filter: {told}" for told in filters] or ["filter: none: all undulations"]
     for profile, height in zip(profiles, sections.heights, strict=True):
         told = [f"step: {each}" for each in profile.steps]
-        told += suspect_sentence(profile.roundness().origin)
+        told += remarks_on(profile.roundness().origin)
         lines += [f"height {height:g} mm, {each}" for each in told]
     yield Heading("How it was measured")
     yield Sentences(lines)

@@ -3,6 +3,7 @@
 import dataclasses
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -44,6 +45,9 @@ class Separation(ByValue, Plan):
         Standard deviation of the amplitude of each harmonic of one profile by noise, mm.
     joint : array, shape (n,)
         Amplitude of part and spindle together where a harmonic is lost, mm; else 0.
+    disagreement : str
+        Sentence on the harmonic that the setups agree on least; on RONt of the part no decision is taken
+        then. Default: empty, they agree.
 
     Examples
     --------
@@ -67,6 +71,7 @@ class Separation(ByValue, Plan):
     senses: Floats
     noise_sd: Floats
     joint: Floats
+    disagreement: str = ""
 
     @property
     def upr(self) -> Floats:
@@ -136,7 +141,7 @@ class Separation(ByValue, Plan):
         >>> part, spindle = 3e-4 * np.cos(3 * angle), 1e-4 * np.cos(2 * angle)
         >>> found = reverse(Profile(angle, 30.0 + part + spindle), Profile(angle, 30.0 + part - spindle))
         >>> print(found.report(limits={"spindle": 0.0001}).splitlines()[5])
-        spindle 0.2 µm, limit 0.1 µm: exceeded, no interval
+        spindle 0.2 µm, limit 0.1 µm: not decided, above the limit as measured, no interval
         """
         return str(called("centering.roundness._separation_sheet:report", self, path, limits))
 
@@ -158,7 +163,7 @@ class Separation(ByValue, Plan):
             "joint": ("harmonic", self.joint, _label("mm", "joint amplitude of a lost harmonic")),
         }
         whole = of_part.assign(more).assign_coords(upr=("harmonic", self.upr, _label("upr", "undulations")))
-        return whole.assign_attrs(spindle=stored.encode(self.spindle))
+        return whole.assign_attrs(spindle=stored.encode(self.spindle), disagreement=self.disagreement)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> "Separation":
@@ -166,7 +171,12 @@ class Separation(ByValue, Plan):
             field: lasting(dataset[name].values)
             for field, name in (("turns", "turn"), ("senses", "sense"), ("noise_sd",) * 2, ("joint",) * 2)
         }
-        return cls(Profile.restored(dataset), stored.decode(dataset.attrs["spindle"]), **kept)
+        told = str(dataset.attrs.get("disagreement", ""))  # files of before hold none
+        spindle = stored.decode(dataset.attrs["spindle"])
+        return cls(Profile.restored(dataset), spindle, **kept, disagreement=told)
+
+    def _headline(self) -> str:
+        return f"{self.disagreement}. {self._told()}" if self.disagreement else self._told()
 
     def _told(self) -> str:
         together = f" of up to {UM * float(self.joint.max()):.2g} µm" if self.lost.size else ""
@@ -177,19 +187,27 @@ class Separation(ByValue, Plan):
 
 
 def separation_of(
-    profiles: Sequence[Profile], setups: Setups, upr: Floats, found: Split, noise: Floats, how: str
+    profiles: Sequence[Profile],
+    setups: Setups,
+    upr: Floats,
+    found: Split,
+    noise: Floats,
+    how: str,
+    disagreement: str = "",
 ) -> Separation:
     """The separation of harmonics that were found; `how` begins the sentence on the step."""
     sd, lost = found.sd(setups, upr, noise), upr[found.lost].astype(int)
     shape = Harmonics(upr, np.abs(found.spindle), -np.angle(found.spindle), sd, profiles[0].nyquist)
     told = f"spindle taken off by {how}, {told_lost(lost)}"
+    part = _part(profiles, found.part, sd, lost, told)
     return Separation(
-        part=Profile._made(_part(profiles, found.part, sd, lost, told)),
+        part=Profile._made(replace(part, origin=replace(part.origin, disagreement=disagreement))),
         spindle=SpindleError(shape, lost),
         turns=lasting(setups.turns),
         senses=lasting(setups.senses),
         noise_sd=lasting(noise),
         joint=lasting(found.joint),
+        disagreement=disagreement,
     )
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from centering.roundness._harmonic_verdicts import harmonic_verdicts, measured_for, split_limits
 from centering.roundness._profile_sheet import FORM, limit_of
+from centering.roundness._ront_verdict import without_interval
 from centering.roundness._roundness import Roundness
-from centering.roundness._roundness_interval import decided
 from centering.roundness._spindle_error import told_lost
 from sdpgrind.base.by_name import called
 from sdpgrind.base.sheets.amounts import Amounts
@@ -33,12 +33,11 @@ def report(separation: Any, path: str | os.PathLike[str] | None, limits: Mapping
 
 def _verdict(separation: Any, circle: Roundness, name: str, limit: float) -> str:
     """Sentence on a limit (mm); RONt of the part has an interval where its noise is known."""
+    if name == "RONt":
+        return circle.verdict(limit)
     value = separation.spindle.range if name == _SPINDLE else getattr(circle, FORM[name])
     told = f"{name} {UM * value:.4g} µm, limit {UM * limit:.4g} µm"
-    if name == "RONt" and not circle.why_no_interval:
-        ends = circle.interval()
-        return f"{told} ({ends.ends}, 95 % {ends.method}): {decided(ends, limit)}"
-    return f"{told}: {'kept' if value <= limit else 'exceeded'}, no interval"
+    return f"{told}: {without_interval(value, limit)}"
 
 
 def _blocks(separation: Any, circle: Roundness, verdicts: list[str]) -> Iterator[Block]:

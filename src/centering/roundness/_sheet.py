@@ -13,8 +13,9 @@ from centering.roundness._harmonic_limits import limits_of
 from centering.roundness._harmonic_verdicts import harmonic_verdicts, split_limits
 from centering.roundness._harmonics import Harmonics, above_noise
 from centering.roundness._profile_sheet import FORM, limit_of
+from centering.roundness._ront_verdict import told_ront, without_interval
 from centering.roundness._roundness import KINDS, Roundness
-from centering.roundness._roundness_interval import RoundnessInterval, decided
+from centering.roundness._roundness_interval import RoundnessInterval
 from centering.roundness._spindle_error import told_lost
 from sdpgrind.base.columns.source import Source
 from sdpgrind.base.sheets import page
@@ -32,12 +33,13 @@ _METHODS = {
 
 
 class _Sheet(NamedTuple):
-    """Limits of parameters (mm), harmonics after the filter and before it, budget, change, source."""
+    """Limits of parameters (mm), harmonics after the filter and before it, budget or why none, and more."""
 
     limits: Mapping[str, float]
     after: Harmonics | None
     before: Harmonics | None
     budget: Budget | None
+    why_no_budget: str
     change: FormChange | None
     source: Source | None
 
@@ -49,6 +51,7 @@ def report(
     budget: Budget | None,
     before: Harmonics | None = None,
     change: FormChange | None = None,
+    why_no_budget: str = "",
 ) -> str:
     """Write the sheet of a circle, or return its text; `before`: harmonics before the filter."""
     named, waves = split_limits(limits)
@@ -57,7 +60,7 @@ def report(
         which = next(iter(waves))
         raise ValueError(f"limits[{which!r}] must be one of harmonics=, which have limits of their own")
     source = Source.from_json(circle.origin.source) if circle.origin.source else None
-    sheet = _Sheet(given, _harmonics(circle, waves), before, budget, change, source)
+    sheet = _Sheet(given, _harmonics(circle, waves), before, budget, why_no_budget, change, source)
     return page.report(_title(source), _blocks(circle, sheet), path)
 
 
@@ -68,11 +71,12 @@ def _title(source: Source | None) -> str:
 
 def _blocks(circle: Roundness, sheet: _Sheet) -> Iterator[Block]:
     ends = _ends(circle, sheet.budget)
-    verdicts = [*_verdicts(circle, sheet.limits, ends, sheet.budget), *_waves(circle, sheet)]
-    yield Sentences(verdicts or [_measured(circle, ends)], strong=True)
+    verdicts = [*_verdicts(circle, sheet), *_waves(circle, sheet)]
+    yield Sentences(verdicts or [told_ront(circle.kind, circle.ron_t, ends)], strong=True)
+    if remarks := (circle if sheet.budget is None else sheet.budget).remarks:
+        yield Sentences(remarks)
     yield _parameters(circle, ends)
-    remarks = (circle if sheet.budget is None else sheet.budget).remarks
-    yield Sentences([_interval_sentence(circle, ends, sheet.budget), *remarks])
+    yield Sentences([*_no_budget(sheet), _interval_sentence(circle, ends, sheet.budget)])
     yield Picture(f"Profile about the {KINDS[circle.kind]} ({circle.kind})", circle.plot)
     yield from _change(sheet.change)
     yield Heading("How it was measured")
@@ -114,35 +118,30 @@ def _ends(circle: Roundness, budget: Budget | None) -> RoundnessInterval | None:
     return circle._usual
 
 
-def _measured(circle: Roundness, ends: RoundnessInterval | None) -> str:
-    interval = "" if ends is None else f"; {ends.ends} µm at 95 %"
-    return f"RONt ({circle.kind}) {UM * circle.ron_t:.4g} µm as measured{interval}"
-
-
-def _verdicts(
-    circle: Roundness, limits: Mapping[str, float], ends: RoundnessInterval | None, budget: Budget | None
-) -> list[str]:
+def _verdicts(circle: Roundness, sheet: _Sheet) -> list[str]:
     """Sentence on each limit; only RONt has an interval."""
     found = []
-    for name, limit in limits.items():
-        value = getattr(circle, FORM[name])
-        if name == "RONt" and ends is not None:
-            by = "(ISO 14253-1)" if budget is not None else "(by noise alone)"
-            told = f"{_measured(circle, ends)}, limit {UM * limit:.4g} µm: {decided(ends, limit)} {by}"
+    for name, limit in sheet.limits.items():
+        if name == "RONt":
+            told = (sheet.budget or circle).verdict(limit)
+            by = "(by noise alone)" if sheet.budget is None else "(ISO 14253-1)"
+            found.append(told if circle.why_no_interval and sheet.budget is None else f"{told} {by}")
         else:
-            kept = "kept" if value <= limit else "exceeded"
+            value = getattr(circle, FORM[name])
             size = f"{name} ({circle.kind}) {UM * value:.4g} µm, limit {UM * limit:.4g} µm"
-            signed = ": no decision can be signed" if name == "RONt" else ""
-            told = f"{size}: {kept}, no interval{signed}"
-        found.append(told)
+            found.append(f"{size}: {without_interval(value, limit)}")
     return found
+
+
+def _no_budget(sheet: _Sheet) -> list[str]:
+    """Sentence on why the budget of a tester was left out."""
+    return [f"uncertainty budget left out: {sheet.why_no_budget}"] if sheet.why_no_budget else []
 
 
 def _parameters(circle: Roundness, ends: RoundnessInterval | None) -> AmountTable:
     rows = [(name, f"{UM * getattr(circle, field):.4g}") for name, field in FORM.items()]
     if ends is not None:
-        places = len(ends.ends.split()[0].partition(".")[2])
-        rows.append(("RONt without the lift by noise", f"{UM * ends.value:.{places}f}"))
+        rows.append(("RONt without the lift of noise", ends.middle))
         rows.append(("95 % interval of RONt", ends.ends))
     return AmountTable(
         "Parameters (ISO 12181-1)", [Amounts.of(name, [value]) for name, value in rows], ("parameter", "µm")

@@ -171,8 +171,8 @@ class SteppedReadings(GivenReadings):
         """Take out readings that stand out of the form, as those of dust and burrs; before a filter.
 
         The form is that of the robust filter at 150 upr, or a twentieth of the points of a turn if that is
-        less; the standard deviation follows from the median of the residuals. An asperity ends where they
-        fall below twice that.
+        less; the standard deviation follows from the median of the residuals. Above it is away from the
+        material, in a bore towards the axis. An asperity ends where the residuals fall below twice that.
         The edge of a slot or a keyway is none: the readings go on level on one side of it. Dust within some
         undulations of that cut-off beside an edge is missed, or taken out with the readings up to the edge.
         Nothing is put in its place: harmonics are fitted to the other readings. `removed` keeps what was
@@ -185,7 +185,7 @@ class SteppedReadings(GivenReadings):
         width : float, optional
             Greatest width of an asperity in the part angle, rad; a wider one is form and stays. Default: any.
         both : bool
-            Whether pits are taken out, too.
+            Whether pits are taken out, too; in a bore they lie away from the axis.
 
         Returns
         -------

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 import xarray as xr
+from scipy.special import betaincinv
 
 from centering._problem.model import GRAVITY
 from centering._problem.problem import checked_range
@@ -70,8 +71,11 @@ class RiskTable(Record, ByValue, Described):
     --------
     >>> columns = {"time": [2.6, 2.1], "time_95": [3.4, 2.8], "pushes": [4.1, 2.9]}
     >>> risk = RiskTable(factor=[0.6, 1.0], **columns, thrown=[0.01, 0.0], unfinished=[0.0, 0.0], runs=200)
-    >>> risk.told.split("; ")[1:]
-    ['slowest at x 0.6: 2.60 s', 'at most 1 % thrown', 'none of 200 (1.8 % at most, 95 %) not centred']
+    >>> print(risk.told.replace("; ", chr(10)))
+    friction x 0.6 to 1
+    slowest on average at x 0.6: 2.60 s, 95 % of parts within 3.40 s
+    2 of 200 thrown (3.6 % at most, 95 %) at x 0.6
+    none of 200 left uncentred (1.8 % at most, 95 %)
     >>> risk.to_dataframe()["time"].tolist()  # s
     [2.6, 2.1]
     """
@@ -122,19 +126,33 @@ class RiskTable(Record, ByValue, Described):
     def told(self) -> str:
         """One line: range of friction, slowest factor (s), parts thrown and not centred at the worst."""
         return (
-            f"friction x {self.factor[0]:g} to {self.factor[-1]:g}; slowest at"
-            f" x {self.factor[self.worst]:g}: {self.time[self.worst]:.2f} s;"
-            f" {self._most(self.thrown)} thrown; {self._most(self.unfinished)} not centred"
+            f"friction x {self.factor[0]:g} to {self.factor[-1]:g}; slowest on average at"
+            f" x {self.factor[self.worst]:g}: {self.time[self.worst]:.2f} s, 95 % of parts within"
+            f" {self.time_95[self.worst]:.2f} s; {self._most(self.thrown, 'thrown')};"
+            f" {self._most(self.unfinished, 'left uncentred')}"
         )
 
-    def _most(self, shares: Floats) -> str:
-        """The largest share; for none in so many parts the end of its 95 % interval, 1 - 0.025^(1/runs)."""
-        if (most := float(shares.max())) > 0 or not self.runs:
-            return f"at most {100 * most:.2g} %"
-        return f"none of {self.runs} ({100 * (1 - _TAIL ** (1 / self.runs)):.2g} % at most, 95 %)"
+    def _most(self, shares: Floats, what: str) -> str:
+        """The largest share as a count of parts, the upper end of its 95 % interval, and its factor."""
+        worst = int(np.argmax(shares))
+        place = f" at x {self.factor[worst]:g}" if shares[worst] > 0 else ""
+        if not self.runs:
+            return f"at most {100 * shares[worst]:.2g} % of the parts simulated {what}{place}"
+        parts = round(shares[worst] * self.runs)
+        told = f"{parts or 'none'} of {self.runs} {what}"
+        return f"{told} ({_percent(_upper_end(parts, self.runs))} % at most, 95 %){place}"
 
     def __repr__(self) -> str:
         return f"RiskTable({self.told})"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g}" if share < 0.01 else f"{100 * share:.1f}"
+
+
+def _upper_end(found: int, runs: int) -> float:
+    """Upper end of the 95 % interval of a share (Clopper and Pearson); of none 1 - 0.025^(1/runs)."""
+    return 1.0 if found >= runs else float(betaincinv(found + 1, runs - found, 1 - _TAIL))
 
 
 def robust(strategy: Doubted, friction_range: Any, runs: int, rng: Seed) -> RiskTable:

@@ -26,7 +26,7 @@ def add_roundness(subparsers: Any) -> None:
         help=about,
         description="Read a turn of a form tester, filter it, fit a reference circle, and decide on a limit.",
         epilog="Columns are given as NAME:UNIT, or as NAME where the file has the unit; lengths in mm, or "
-        "with a unit, which limits and noise must have: 2.5um. Exit status: 0 done, 1 a limit is exceeded or "
+        "with a unit, which limits and noise must have: 2.5um. Exit status: 0 done, 1 a limit is rejected or "
         "not decided, 2 wrong input.",
     )
     parser.add_argument("file", type=Path, metavar="ring.csv", help="text, .tdms, .h5 or .x3p")
@@ -103,7 +103,8 @@ def _facts(arguments: argparse.Namespace, lengths: dict[str, float | None]) -> F
         change = form.compare(earlier, rotation=rotation)
     circle = form.roundness(arguments.circle)
     tester = None if arguments.instrument is None else _instrument(arguments.instrument)
-    budget = None if tester is None else circle.budget(tester, height=lengths["height"])
+    without = tester is None or circle.why_no_budget
+    budget = None if without else circle.budget(tester, height=lengths["height"])
     return Facts(profile, circle, lengths["limit"], budget, tester, lengths["height"], harmonics, change)
 
 

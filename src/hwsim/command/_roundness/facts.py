@@ -23,7 +23,7 @@ class Facts(NamedTuple):
     def accepted(self) -> bool:
         """Whether all limits are known to be kept."""
         waves = () if self.harmonics is None else self.harmonics.decisions
-        kept = all(each.found == "kept" for each in waves)
+        kept = all(each.found == "accepted" for each in waves)
         return kept and (self.limit is None or self._decision() == "accepted")
 
     def lines(self) -> Iterator[str]:
@@ -34,11 +34,14 @@ class Facts(NamedTuple):
         yield f"circle  {self.circle!r}"
         if self.budget is not None:
             yield f"budget  {self.budget!r}"
-        yield from (f"note    {in_terms(each)}" for each in (self.budget or self.circle).remarks)
+        elif self.instrument is not None:
+            yield f"budget  left out: {self.circle.why_no_budget}"
         if self.change is not None:
             yield f"change  {self.change!r}"
+            yield from (f"change  {in_terms(each)}" for each in self.change.remarks)
+        yield from (f"note    {in_terms(each)}" for each in (self.budget or self.circle).remarks)
         if self.limit is not None:
-            yield f"limit   {1e3 * self.limit:g} µm: {self._decision()}{self._why()}"
+            yield f"limit   {in_terms((self.budget or self.circle).verdict(self.limit))}"
         yield from (f"limit   {each}" for each in (self.harmonics.decisions if self.harmonics else ()))
 
     def report(self, path: Path) -> str:
@@ -49,9 +52,7 @@ class Facts(NamedTuple):
         return str(self.circle.report(path, limits=limits, **tester, **more))
 
     def _decision(self) -> str:
-        return "not decided" if self._why() else str((self.budget or self.circle).conforms(self.limit))
-
-    def _why(self) -> str:
-        """Why there is no interval, and so no decision; "" where there is one: a budget always has."""
-        why = "" if self.budget is not None else in_terms(self.circle.why_no_interval)
-        return f", no decision can be signed: {why}" if why else ""
+        """Decision on the limit: none without an interval, which a budget always has."""
+        if self.budget is None and self.circle.why_no_interval:
+            return "not decided"
+        return str((self.budget or self.circle).conforms(self.limit))

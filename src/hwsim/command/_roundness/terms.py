@@ -50,6 +50,9 @@ _READINGS = re.compile(r"\breading must (?=have|close|leave)")  # those read, no
 _COLUMN = re.compile(rf'\b({_NAME})=\("([^"]+)", "([^"]+)"\)')
 _SECTION = re.compile(r'\bsection=\("([^"]+)", ([^)]+)\)')
 _SWITCH = re.compile(rf"\b({_NAME})=True\b")
+_SECTIONS = re.compile(r'say section=\("([^"]+)", \.\.\.\) or Sections\.read')
+_LIST = "say --section {0}=WORD for one of them, or read all in Python, Sections.read"
+_QUOTED = re.compile(r"""(?<!\w)('[^']*'|"[^"]*")(?!\w)""")  # words of a file, but no apostrophes
 _VALUE = re.compile(rf"(?<![-\w])({_NAME})=(?=\S)")
 _BARE = re.compile(rf"(?<![-\w])({_NAME})=(?=\s|$)")
 _SUBJECT = re.compile(
@@ -58,13 +61,28 @@ _SUBJECT = re.compile(
 
 
 def in_terms(message: str) -> str:
-    """The message with options in place of arguments."""
+    """The message with options in place of arguments; names of columns and quoted words stay as they are."""
+    kept: list[str] = []
+
+    def keep(words: str) -> str:
+        kept.append(words)
+        return f"\0{len(kept) - 1}\0"
+
+    message = _SECTIONS.sub(lambda found: keep(_LIST.format(found[1])), _NO_OPTION.sub("", message))
+    message = _SECTION.sub(lambda found: keep(f"--section {found[1]}={found[2]}"), message)
+    message = _COLUMN.sub(lambda found: keep(f"{_OPTIONS[found[1]]} {found[2]}:{found[3]}"), message)
+    message = _options(_QUOTED.sub(lambda found: keep(found[0]), message))
+    for place in reversed(range(len(kept))):  # quoted words may hold an option that was kept before them
+        message = message.replace(f"\0{place}\0", kept[place])
+    return message
+
+
+def _options(message: str) -> str:
+    """The message with options in place of calls and arguments."""
     for call, option in _PHRASES:
         if option not in message:
             message = message.replace(call, option)
-    message = _READINGS.sub("the readings must ", _NO_OPTION.sub("", message))
-    message = _SECTION.sub(r"--section \1=\2", message)
-    message = _COLUMN.sub(lambda found: f"{_OPTIONS[found[1]]} {found[2]}:{found[3]}", message)
+    message = _READINGS.sub("the readings must ", message)
     message = _SWITCH.sub(lambda found: _OPTIONS[found[1]], message)
     message = _VALUE.sub(lambda found: f"{_OPTIONS[found[1]]} ", message)
     message = _BARE.sub(lambda found: _OPTIONS[found[1]], message)
