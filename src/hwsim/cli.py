@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
 from hwsim.command._roundness.command import add_roundness
-from hwsim.command._statuses import WRONG_INPUT, catch_signals, ended, forget_output
+from hwsim.command._statuses import WRONG_INPUT, catch_signals, ended, forget_output, ignore_signals
 from hwsim.command._verify import add_verify
 from hwsim.command._warm import add_warm
 from hwsim.command._work import add_to
@@ -56,6 +56,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         _finish_output()
         raise
     except BaseException as error:
+        if argv is None:
+            ignore_signals()
         return ended(error)
     return status
 

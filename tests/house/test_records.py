@@ -1,5 +1,7 @@
 """Files give back what was put in."""
 
+import os
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -64,3 +66,17 @@ def test_load_refuses_what_is_not_ours(tmp_path):
     xr.Dataset({"x": 1}).to_netcdf(other, engine="scipy")
     with pytest.raises(ValueError, match="saved by this library"):
         sdpgrind.load(other)
+
+
+def test_a_device_is_no_file_and_a_link_stays_one(tmp_path):
+    fifo = tmp_path / "pipe"
+    os.mkfifo(fifo)
+    for target in (fifo, tmp_path):
+        with pytest.raises(ValueError, match="path must be a file; got "), whole_file(target):
+            pass
+    (tmp_path / "there.nc").write_text("before")
+    (tmp_path / "link.nc").symlink_to(tmp_path / "there.nc")
+    with whole_file(tmp_path / "link.nc") as temporary:
+        temporary.write_text("after")
+    assert (tmp_path / "link.nc").is_symlink()
+    assert (tmp_path / "there.nc").read_text() == "after"

@@ -323,6 +323,92 @@ def test_a_finished_part_is_not_late_however_long_its_outcome_takes():
     assert float(log.outcome.aborted[0]) == 0.0
 
 
+def test_a_part_that_was_made_safe_never_counts_as_finished():
+    class Heavy(Tank):
+        """The safe command ends its part, as that of most machines does."""
+
+        def with_tick(self, tick):
+            return Heavy(self.level, tick, self.alarm, self.leak)
+
+    for at in (2, 3):
+        with pytest.raises(hwsim.Aborted) as caught:
+            hwsim.run(
+                Heavy(level=4.0, tick=PERIOD / 2),
+                Failing(asleep(0.4), at=at),
+                parts=3,
+                live=live(deadline=0.1),
+            )
+        np.testing.assert_array_equal(caught.value.log.outcome.aborted, [1.0])
+
+
+def test_the_time_of_the_simulated_plant_is_not_the_controllers():
+    class Slow(Tank):
+        def start(self, rng):
+            machine = super().start(rng)
+            taken = machine.step
+
+            def step(command, ticks):
+                time.sleep(0.15 if machine.time == 4 else 0.0)
+                return taken(command, ticks)
+
+            machine.step = step
+            return machine
+
+        def with_tick(self, tick):
+            return Slow(self.level, tick, self.alarm, self.leak)
+
+    log = hwsim.run(Slow(level=1.0, tick=PERIOD / 2), Drain(10.0, PERIOD), live=live(deadline=0.1))
+    assert not log.outcome.aborted.any()
+
+
+@pytest.mark.parametrize("which", ["verdict", "outcome"])
+def test_what_fails_after_the_last_step_keeps_the_rows(which, tmp_path):
+    def fail():
+        raise KeyError("nothing to say")
+
+    class Broken(Tank):
+        def start(self, rng):
+            machine = super().start(rng)
+            machine.outcome = fail
+            return machine
+
+        def with_tick(self, tick):
+            return Broken(self.level, tick, self.alarm, self.leak)
+
+    plant, controller = Tank(level=0.5, tick=PERIOD / 2), Drain(10.0, PERIOD)
+    if which == "verdict":
+        controller.verdict = fail
+    else:
+        plant = Broken(level=0.5, tick=PERIOD / 2)
+    with pytest.raises(hwsim.Aborted, match="nothing to say") as caught:
+        hwsim.run(plant, controller, live=live(), journal=tmp_path / "run.db")
+    assert caught.value.log["tap"].level.size >= 2
+    with hwsim.Journal(tmp_path / "run.db") as journal:
+        assert journal.parts == 1
+
+
+def test_a_journal_that_cannot_be_written_does_not_hide_the_abort(tmp_path, monkeypatch):
+    def full(*anything):
+        raise OSError("disk is full")
+
+    monkeypatch.setattr(hwsim.Journal, "add", full)
+    with pytest.raises(hwsim.Aborted) as caught:
+        hwsim.run(TANK, Failing(broken), live=live(), journal=tmp_path / "run.db")
+    assert "and the journal could not be written: disk is full" in caught.value.__notes__
+    assert caught.value.log["tap"].level.size >= 4
+
+
+def test_a_live_log_has_a_page(tmp_path):
+    problem = plunge.preset("simulation").replace(stock=0.02)
+    log = hwsim.run(
+        hwsim.PlungeGrinder(problem),
+        plunge.CycleController(problem),
+        live=hwsim.Live(safe={"retract": 1.0}, deadline=1.0),
+    )
+    log.report(tmp_path / "live.html")
+    assert (tmp_path / "live.html").stat().st_size > 10_000
+
+
 def test_no_verdict_about_a_part_that_was_broken_off():
     class Judge(Failing):
         def verdict(self):

@@ -112,6 +112,8 @@ class Live:
         """Number of the part under way."""
         self.reason: str | None = None
         """Why the run is to be aborted; None: it is not."""
+        self.tripped = False
+        """Whether the machine was made safe in the part under way."""
         self._running = self._paused = False
 
     @property

@@ -70,6 +70,8 @@ def operated(live: Live) -> Iterator[None]:
 def _aborting(live: Live) -> Any:
     def handle(number: int, frame: FrameType | None) -> None:
         name = signal.Signals(number).name
+        if live.reason is not None and live.tripped:  # safe already, and the controller does not return
+            raise KeyboardInterrupt(name)
         live.abort(name, who=name)
 
     return handle
@@ -87,6 +89,7 @@ def run_live(
     plant: Plant, controller: Controller, clock: Clock, rng: np.random.Generator, live: Live
 ) -> LivePart:
     """Run one part against the clock; `Aborted`, with its rows, once the machine is safe."""
+    live.tripped = False
     begun = datetime.now(UTC).isoformat(timespec="milliseconds")
     controller.reset()
     machine = _started(plant, controller, clock, rng, live)
@@ -95,11 +98,13 @@ def run_live(
         timing.attach(loop, machine)
         try:
             loop.run()
+            machine.close()  # a finished part cannot be late any more
+            if machine.trip is not None:
+                raise TrippedError  # the safe command ended the part
+            return _part(loop, machine, begun)
         except BaseException as error:
             machine.make_safe(_reason(error))
             raise _aborted(loop, machine, begun) from _cause(error)
-        machine.close()  # a finished part cannot be late any more
-        return _part(loop, machine, begun)
     finally:
         machine.close()
 
@@ -133,10 +138,15 @@ def _aborted(loop: PartLoop, machine: LiveMachine, begun: str) -> Aborted:
         loop.answered()
     assert machine.trip is not None  # it was made safe
     said = f"the part was aborted and the machine made safe: {machine.trip.reason}"
-    return Aborted(said, _part(loop, machine, begun))
+    try:
+        part = _part(loop, machine, begun)
+    except Exception as error:  # of the machine's outcome; the rows are kept
+        part = LivePart(loop.tables(), timing.outcome(loop, machine, begun))
+        said = f"{said}; its outcome cannot be told: {error}"
+    return Aborted(said, part)
 
 
 def _part(loop: PartLoop, machine: LiveMachine, begun: str) -> LivePart:
     part = loop.result(finished=machine.trip is None)
     further: Mapping[str, Any] = timing.outcome(loop, machine, begun)
-    return LivePart(part.tables, {**part.outcome, **further})
+    return LivePart(part.tables, {**part.outcome, **further, **part.outcome})  # the plant's own names first

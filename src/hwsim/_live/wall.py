@@ -71,6 +71,7 @@ class WallMachine:
             self._refuse_tripped()
             reading = self._simulated(command, ticks, now)
             self.taken = True
+            self._forwarding.renew(time.monotonic_ns())  # the plant's own time is not the controller's
         self._wait_until(self._releases.instant(self.time))
         self.sampled = time.monotonic_ns()
         return reading
@@ -133,9 +134,9 @@ class WallMachine:
         safe = self._forwarding.poll(time.monotonic_ns())
         if not safe:
             return
-        machine = self._machine if self._before is None else self._before
-        command = {} if self._before is None else self._command
-        self._machine = machine
+        before = self._before
+        machine, command = (self._machine, {}) if before is None else (before, self._command)
+        self._machine, self._live.tripped = machine, True
         elapsed = self._releases.ticks(time.monotonic_ns()) - machine.time
         try:
             if elapsed > 0 and not machine.done:

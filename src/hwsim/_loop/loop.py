@@ -208,10 +208,13 @@ class RunSeries:
                     yield part
             except Aborted as error:
                 if error.part is not None:
-                    part = self.kept.of(error.part)
-                    self._write(book, len(done), part)
-                    done.append(part)
+                    done.append(self.kept.of(error.part))
                 error.log = Log.of(done, self.labels)
+                if error.part is not None:
+                    try:
+                        self._write(book, len(done) - 1, done[-1])
+                    except Exception as refused:
+                        error.add_note(f"and the journal could not be written: {refused}")
                 raise
 
     def _write(self, book: Journal | None, number: int, part: LivePart) -> None:

@@ -104,6 +104,15 @@ class PartLoop:
             tier.rows.append(row)
         self.unanswered = []
 
+    def tables(self) -> dict[str, dict[str, Column]]:
+        """Tables of the rows so far."""
+        return {
+            key: table
+            for tier in self.tiers
+            if tier.rows
+            for key, table in _tables(tier, self._clock).items()
+        }
+
     def result(self, *, finished: bool = True) -> LivePart:
         """Tables and outcome of what was run; of a part that was broken off no verdict of the controllers."""
         end = self._read_at, self._reading

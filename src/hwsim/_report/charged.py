@@ -82,8 +82,12 @@ def _module_of(log: Any) -> Any:
 
 
 def values_of(log: Any, name: str) -> Floats:
-    """Return an outcome of each part; NaN where the part was broken off and it counts for finished ones."""
-    values = np.array(log.outcome[name].values, dtype=float)
+    """Return an outcome of each part; NaN where the part was broken off and it counts for finished ones.
+
+    Texts have no value: NaN.
+    """
+    found = log.outcome[name].values
+    values = np.array(found, dtype=float) if found.dtype.kind in "biuf" else np.full(len(log), np.nan)
     if name in _OF_FINISHED:
         values[[bool(each) for each in broken_off(log.outcome)]] = np.nan
     return values

@@ -50,10 +50,14 @@ def broken_off(outcome: Any, otherwise: str = GAVE_UP) -> list[str]:
         broken = outcome.said_finished.values == 0
     else:
         broken = told.get("timed_out", np.zeros(outcome.sizes["part"], dtype=bool))
-    return [
+    reasons = [
         next((_ENDS[name] for name in told if told[name][k]), otherwise) if bad else ""
         for k, bad in enumerate(broken)
     ]
+    if "aborted" in outcome:  # in a run against the clock
+        for k in np.flatnonzero(outcome.aborted.values == 1):
+            reasons[k] = str(outcome.abort_reason.values[k])
+    return reasons
 
 
 def finished(outcome: Any) -> npt.NDArray[np.bool_]:

@@ -27,6 +27,12 @@ def catch_signals() -> None:
     signal.signal(signal.SIGTERM, _terminate)
 
 
+def ignore_signals() -> None:
+    """Let the end of a command be written: a second signal changes nothing any more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+
+
 def _terminate(number: int, frame: FrameType | None) -> None:
     raise Terminated
 

@@ -183,6 +183,8 @@ def _parsed(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ValueError(_misread(str(error), text)) from None
+    except RecursionError:
+        raise ValueError("brackets must be nested at most 32 deep") from None
 
 
 _NO_TOML = {

@@ -17,7 +17,9 @@ _OWNER = re.compile(r"\..+\.(\d+)@([\w-]+)\.\w+\.part")
 @contextlib.contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path next to `path`, renamed to `path` when the block succeeds."""
-    target = checks.path("path", path)
+    target = checks.path("path", path).resolve()  # a link stays one
+    if target.exists() and not target.is_file():
+        raise ValueError(f"path must be a file; got {os.fspath(path)!r}")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"path must lie in an existing folder; got {str(target)!r}")
     owner = f".{target.name}.{os.getpid()}@{_computer()}."
