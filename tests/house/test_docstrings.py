@@ -21,7 +21,7 @@ NO_QUANTITY = {
     "words about a state": r"\.CycleState\.(failed|over)$",
     "a link and who is at its ends": r"\.(closed|reason|tripped|address|attach)$",
     "resetting a state": r"\.reset$",
-    "the operator's hand on a run": r"^hwsim\.(Aborted|Live\.(state|pause|resume|abort))$",
+    "the operator's hand on a run": r"^hwsim\.(Aborted|Live\.(state|pause|resume|abort)|Journal\.ready_for_clock)$",
     "whole structures": r"\.(replace|updated|next|estimate)$",
     "bookkeeping of moves": r"^sdpgrind\.sdp\.Move\.(level_name|levels|lists|choices)$|\.stop_axis$",
     "counts": r"\.(runs|parts|count)$",

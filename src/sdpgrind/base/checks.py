@@ -131,11 +131,11 @@ def confidence(name: str, value: object) -> float:
     return checked
 
 
-def count(name: str, value: object, at_least: int = 1) -> int:
-    """Return `value` as an int >= `at_least` and <= 2^31."""
+def count(name: str, value: object, at_least: int = 1, at_most: int = _MOST) -> int:
+    """Return `value` as an int within bounds; more than 2^31 of anything fills the memory."""
     number = whole(name, value, at_least)
-    if number > _MOST:
-        raise refuse(name, f"<= 2^31 = {_MOST}, the largest count", number)
+    if number > at_most:
+        raise refuse(name, f"<= {at_most}, the largest count", number)
     return number
 
 

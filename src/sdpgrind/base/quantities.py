@@ -141,9 +141,9 @@ def forgotten(value: float, unit: str, usual: tuple[float, float], typical: floa
     return min(fitting)[1] if fitting else ""
 
 
-def count(at_least: int = 1, **options: Any) -> Any:
+def count(at_least: int = 1, at_most: int = 2**31, **options: Any) -> Any:
     """Declare a whole number."""
-    return _field(Spec("count", lambda name, value: checks.count(name, value, at_least)), options)
+    return _field(Spec("count", lambda name, value: checks.count(name, value, at_least, at_most)), options)
 
 
 def flag(**options: Any) -> Any:

@@ -66,7 +66,7 @@ class TorqueAxis(Described):
     current_limit: float = quantity("A", above=0, default=1.0)
     current_range: float = quantity("A", above=0, default=5.0)
     bits: int = count(default=12)
-    encoder_counts: int = count(default=20_000)
+    encoder_counts: int = count(at_most=2**53, default=20_000)
     sample_time: float = quantity("s", above=0, usual=(1e-7, 0.1), typical=1e-3, default=1e-3)
 
     def _check(self) -> None:
