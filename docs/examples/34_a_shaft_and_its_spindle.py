@@ -62,12 +62,12 @@ print(
 # Before and after grinding
 # -------------------------
 # The part was taken off between both measurements: the rotation is found from the forms. The table tells each
-# harmonic before and after, and what was removed.
+# harmonic before and after, and the change.
 
 before = read({2: 2.0, 3: 1.0, 12: 0.3}, spindle=0.0).filter(upr=50)
 after = read({2: 0.3, 3: 0.6, 12: 0.1}, turned=1.0, spindle=0.0).filter(upr=50)
 change = after.compare(before)
 print(change)
-table = change.to_dataframe().loc[[2, 3, 12], ["before", "after", "removed"]]
+table = change.to_dataframe().loc[[2, 3, 12], ["before", "after", "change"]]
 print((1e3 * table).round(3))  # µm
 change.plot()
