@@ -231,6 +231,8 @@ class Roundness(Described, ByValue, Result):
         """Reason why no uncertainty budget of RONt (mm) is known; empty where there may be one."""
         if self.kind not in NORMS:
             return f"of RONt about {self.kind} none is known, only about LSC and MZC"
+        if self.origin.hidden:
+            return f"of RONt none is known: {self.origin.hidden}"
         return "none is known after a robust filter, which is not linear" if "robust" in self.filter else ""
 
     @cached_property

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from centering.roundness._circle_noise import NORMS
 from centering.roundness._cylinder import CYLINDERS, Cylinder
 from centering.roundness._cylinder_sheet import CYL, NO_INTERVAL, verdict
 from centering.roundness._origin import remarks_on
@@ -87,7 +86,7 @@ def _shape(sections: Any, found: Mapping[str, Cylinder]) -> Iterator[Amounts]:
 def _each(sections: Any, found: Mapping[str, Cylinder]) -> AmountTable:
     """A row for each section; intervals of RONt where they are known; run-out about both axes."""
     circles = [profile.roundness() for profile in sections.profiles]
-    ends = [each.interval() if each.noise_sd.size and each.kind in NORMS else None for each in circles]
+    ends = [None if each.why_no_interval else each.interval() for each in circles]
     columns = [
         Amounts.of("height", [f"{each:g}" for each in sections.heights], heading="height [mm]"),
         Amounts.of("radius", [f"{each.radius:.8g}" for each in circles], heading="radius [mm]"),
