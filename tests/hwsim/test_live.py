@@ -557,6 +557,8 @@ def test_wrong_options(options, said):
         ),
         ({"live": hwsim.Live(shadow=True)}, "live must not be in shadow on a simulated Tank"),
         ({"live": hwsim.Live(safe=SAFE, stuck={"size": 20})}, "stuck must be of measurements of the plant"),
+        ({"live": hwsim.Live(safe=SAFE, stuck={"level": 20})}, "stuck must not be given on a simulated Tank"),
+        ({"live": hwsim.Live(safe=SAFE, stale=0.1)}, "stale must not be given on a simulated Tank"),
         ({"live": hwsim.Live(safe=SAFE), "executor": object()}, "executor must be"),
     ],
 )

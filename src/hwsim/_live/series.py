@@ -34,19 +34,26 @@ def check_live(live: Live, plant: Plant, controller: Controller) -> None:
             raise checks.refuse(
                 "safe", f"of commands that the plant accepts: {', '.join(plant.accepts)}", name
             )
-    if live.shadow and not hasattr(plant, "start_live"):
-        raise ValueError(
-            f"live must not be in shadow on a simulated {type(plant).__name__}: it has no control of its own"
-        )
     for name in live.stuck:
         if name not in plant.measures:
             raise checks.refuse("stuck", f"of measurements of the plant: {', '.join(plant.measures)}", name)
+    if not hasattr(plant, "start_live"):
+        _refuse_of_real(live, type(plant).__name__)
     if hasattr(controller, "tripped"):
         raise ValueError(
             "controller must not be a Watchdog in a live run: Live has the safe command and a deadline"
         )
     if twice := [name for name in LIVE_COLUMNS if name in plant.measures]:
         raise ValueError(f"the plant must not measure {twice[0]}, which a live run writes")
+
+
+def _refuse_of_real(live: Live, plant: str) -> None:
+    """Refuse on a simulated plant what only a machine with a clock of its own can do."""
+    if live.shadow:
+        raise ValueError(f"live must not be in shadow on a simulated {plant}: it has no control of its own")
+    if live.stale is not None or live.stuck:
+        name = "stuck" if live.stuck else "stale"
+        raise ValueError(f"{name} must not be given on a simulated {plant}: its readings never stand still")
 
 
 @contextmanager

@@ -72,8 +72,7 @@ def run(
         change (``after``, see `hwsim.protocols`).
     live : Live, optional
         Run against the clock, with a safe command, a deadline and an operator; see `Live`. Not with
-        `executor`. An aborted part stays in the journal; a run that resumes does it again on a simulated
-        plant, and goes on with the next one on a real machine.
+        `executor`. An aborted part stays in the journal; a run that resumes with `live` does it again.
     progress : callable(share, text), True or None
         Called with the completed share (0..1) and a text; True: a line with the time left. Default: silent.
 
