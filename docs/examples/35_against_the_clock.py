@@ -38,7 +38,8 @@ figure, axes = plt.subplots(figsize=(6, 3), layout="constrained")
 axes.plot(table.time[:-1], 1e3 * table.release_delay[:-1], ".", label="start after its release")
 axes.plot(table.time[:-1], steps, ".", label="the step itself")
 axes.set(xlabel="time in the part, s", ylabel="ms", yscale="log", title="Delays of the steps of one part")
-axes.legend()
+axes.set_ylim(0.01, 100.0)
+axes.legend(loc="upper right")
 worst = 1e3 * float(log.outcome.longest_step[0])
 print(
     f"{steps.size} steps, {int(log.outcome.overruns[0])} releases missed; the longest step was under 500 ms: {worst < 500}"

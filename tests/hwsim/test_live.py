@@ -155,7 +155,8 @@ def late():
 
 def test_a_part_that_ends_within_a_late_step():
     log = hwsim.run(Tank(level=1.3, tick=PERIOD / 2, alarm=-1.0), Failing(late, at=4), live=live())
-    assert float(log.outcome.time[0]) >= 0.13 - 1e-9  # later where a busy machine delayed the first steps
+    on_time = not log["tap"].overrun.values[:4].any()  # a busy machine may delay the first steps
+    assert float(log.outcome.time[0]) == pytest.approx(0.13) if on_time else log.outcome.time[0] > 0.13
     assert hwsim.run(hwsim.Recording(log), Drain(10.0, PERIOD)).outcome.same.all()
 
 
@@ -173,7 +174,8 @@ def test_an_event_within_a_late_step_is_told_when_it_was():
     plant = Tank(level=1.6, tick=PERIOD / 2, alarm=0.75)
     log = hwsim.run(plant, Alarm(Failing(late, at=4)), live=live())
     at = log["alarm"].isel(row=1)
-    assert float(at.time) >= 0.09 - 1e-9  # 0.09 between two releases of the tap, if nothing else was late
+    on_time = not log["tap"].overrun.values[:4].any()
+    assert float(at.time) == pytest.approx(0.09) if on_time else at.time > 0.09  # between two releases
     assert float(at.level) == pytest.approx(0.7)
     due = log["tap"].time.values[:-1] / PERIOD
     np.testing.assert_allclose(due, np.round(due), rtol=0, atol=1e-9)

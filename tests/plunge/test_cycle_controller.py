@@ -217,11 +217,10 @@ def test_damage_is_as_deep_as_the_stock_that_is_left(online):
 
 def test_a_final_rate_that_burns():
     """Damage limits the last turn."""
-    rough = KNOWN.replace(roundness_max=7e-3)
+    rough = KNOWN.replace(roundness_max=7e-3, size_sd=5e-5)  # more than the drift of the filter keeps at size
     out = became(plunge.CycleController(rough, **EXACT), problem=rough)
     assert out["burned"] == 0 and out["time"] == pytest.approx(plunge.plan(rough).time, abs=SAMPLE)
-    # measured: 2.4e-5 less of the last sample, 0.7e-5 less of the drift of the filter that is kept at size
-    assert out["roundness"] == pytest.approx(float(MODEL.roundness(MODEL.burn_rate)), abs=4e-5)
+    assert out["roundness"] == pytest.approx(float(MODEL.roundness(MODEL.burn_rate)), abs=3e-5)
 
 
 @pytest.mark.parametrize("sparkout", ["p_end", "printed"])

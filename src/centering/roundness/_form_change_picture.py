@@ -22,8 +22,8 @@ def plot(change: "FormChange") -> Any:
     grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.25))
     _draw_forms(figure.add_subplot(grid[0], projection="polar"), change)
     _draw_harmonics(figure.add_subplot(grid[1]), change)
-    figure.suptitle(change._told(), fontsize=9)
-    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.95))  # room for the labels of the polar picture
+    figure.suptitle(change._told().replace("; turned", "\nturned"), fontsize=9)
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.93))  # room for the labels of the polar picture
     return figure
 
 
