@@ -1,0 +1,213 @@
+"""A machine behind OPC UA as a plant."""
+
+import os
+import weakref
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NoReturn, Self
+
+import numpy as np
+
+from hwsim.opcua._address import address_of
+from hwsim.protocols import Machine
+from sdpgrind.base import checks
+from sdpgrind.base.extras import need
+
+if TYPE_CHECKING:
+    pass
+
+
+class OpcuaPlant:
+    """A plant whose machine is behind OPC UA: one of `hwsim.serve`, or a foreign one with a table of nodes.
+
+    Names, units, ranges, part and machine are read at the first session. A machine in lockstep takes part in
+    every run; one with its own time needs ``hwsim.run(..., live=hwsim.Live(...))``.
+
+    **This is no safety function**, see `Live`.
+
+    Parameters
+    ----------
+    url : str
+        Address of the machine: "opc.tcp://127.0.0.1:4840".
+    security : path or "none"
+        Folder of certificates (``hwsim keys FOLDER`` makes one): signed and encrypted messages, with a server
+        whose certificate is in its folder ``trusted``. "none": neither, on a loopback address only.
+    user : tuple, optional
+        Name and password.
+
+    Raises
+    ------
+    ConnectionError
+        When no machine answers there.
+    PermissionError
+        When the server is not trusted, or does not take certificate or user.
+    ValueError
+        When an argument is wrong, or a certificate of the folder is not valid.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import weldbead
+    >>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"), height=1.0)
+    >>> with hwsim.serve(stand, "opc.tcp://127.0.0.1:0", speed=None, security="none") as server:
+    ...     machine = hwsim.OpcuaPlant(server.url, security="none")
+    ...     print(machine, machine.measures["height"])
+    <hwsim.OpcuaPlant: WeldBeadStand at opc.tcp://127.0.0.1:..., lockstep> mm
+    """
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        security: str | os.PathLike[str] | None = None,
+        user: tuple[str, str] | None = None,
+    ) -> None:
+        need("asyncua", "opcua")
+        from hwsim.opcua._keys import read_keys
+        from hwsim.opcua._link import Link
+        from hwsim.opcua._remote import Remote
+
+        address = address_of(url)
+        keys = read_keys(security)
+        if keys is None and not address.loopback:
+            raise ValueError(
+                f'security must be a folder of certificates but on a loopback address; got "none" for {url}'
+            )
+        self._link = Link(url, keys, _checked_user(user))
+        self._closing = weakref.finalize(self, self._link.close)
+        self._past: tuple[Mapping[str, float], ...] = ()  # outcomes of a series that changes the machine
+        try:
+            self._link.connect()
+            self._remote = self._link.loop.run(Remote.found(self._link))
+            self._told = self._link.loop.run(self._remote.declaration())
+            if self._told.speed is None:
+                self._link.patient()
+                self._link.connect()
+        except BaseException:
+            self._closing()
+            raise
+
+    @property
+    def url(self) -> str:
+        """Address of the machine."""
+        return self._link.url
+
+    @property
+    def measures(self) -> Mapping[str, str]:
+        """Name -> unit of the measurements."""
+        return self._told.measures
+
+    @property
+    def accepts(self) -> Mapping[str, str]:
+        """Name -> unit of the commands."""
+        return self._told.accepts
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Name -> least and greatest value of a command, in its unit, where the machine tells them."""
+        return self._told.ranges
+
+    @property
+    def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
+        """Name -> unit (and dimension of arrays) of the outcomes."""
+        return self._told.outcomes
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Start and limits of the machine, for the log; empty where it tells none."""
+        return self._told.description
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine; a controller for another job is refused."""
+        return self._told.job
+
+    @property
+    def tick(self) -> float:
+        """Smallest time step of the machine, s."""
+        return self._told.tick
+
+    @property
+    def identity(self) -> tuple[Any, ...]:
+        """What tells the machine from others in a journal: its declarations, not its address."""
+        told = self._told
+        return told.plant, told.measures, told.accepts, told.job, told.description, told.tick
+
+    def look(self) -> Mapping[str, Any]:
+        """Read every measurement once, without starting a part.
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> from sdpgrind import weldbead
+        >>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
+        >>> with hwsim.serve(stand, "opc.tcp://127.0.0.1:0", speed=None, security="none") as server:
+        ...     sorted(hwsim.OpcuaPlant(server.url, security="none").look())[:2]
+        ['cut_depth', 'feed_rate']
+        """
+        self._link.reconnect()
+        paths = [f"Monitoring.{name}" for name in self._told.measures]
+        return dict(zip(self._told.measures, self._link.loop.run(self._remote.values(*paths)), strict=True))
+
+    def start(self, rng: np.random.Generator) -> Machine:
+        """Start a part in lockstep, its truth drawn from `rng`; ValueError on a machine with its own time."""
+        from hwsim.opcua._packing import seed_text
+        from hwsim.opcua._remote import LockstepPart
+
+        if self._told.speed is not None:
+            raise ValueError(
+                f"live must be given: the machine at {self.url} keeps its own time; "
+                "hwsim.run(..., live=hwsim.Live(safe=...))"
+            )
+        self._link.reconnect()
+        self._link.loop.run(self._remote.start(0, seed_text(rng, self._past)))
+        return LockstepPart(self._remote, self._told)
+
+    def after(self, outcome: Mapping[str, Any]) -> Self:
+        """Return the machine for the next part of a series, as a simulated one is changed by each part.
+
+        Parameters
+        ----------
+        outcome : mapping
+            Outcome of the last part.
+        """
+        if not self._told.changes:
+            return self
+        from hwsim.opcua._packing import scalars
+
+        return self._view(_past=(*self._past, scalars(outcome)))
+
+    def _view(self, **changes: Any) -> Self:
+        """The same machine with other attributes; it keeps the first one, and with it the session."""
+        view = object.__new__(type(self))
+        view.__dict__.update(self.__dict__, **changes, _of=self)
+        return view
+
+    def close(self) -> None:
+        """End the session; it also ends with the plant and the process.
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> from sdpgrind import weldbead
+        >>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
+        >>> with hwsim.serve(stand, "opc.tcp://127.0.0.1:0", speed=None, security="none") as server:
+        ...     hwsim.OpcuaPlant(server.url, security="none").close()
+        """
+        self._closing()
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            f"an OpcuaPlant cannot be copied or sent to another process; make one there: {self!r}"
+        )
+
+    def __repr__(self) -> str:
+        how = "lockstep" if self._told.speed is None else f"{self._told.speed:g} s a second"
+        return f"<hwsim.OpcuaPlant: {self._told.plant} at {self.url}, {how}>"
+
+
+def _checked_user(user: Any) -> tuple[str, str] | None:
+    if user is None:
+        return None
+    if not isinstance(user, tuple) or len(user) != 2 or not all(isinstance(each, str) for each in user):
+        raise TypeError(f"user must be a name and a password; got {checks.shown(type(user))}")
+    return user

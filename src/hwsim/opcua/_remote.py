@@ -1,0 +1,83 @@
+"""A machine served by `hwsim.serve`, as its client sees it: names of nodes, and parts in lockstep."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from asyncua import ua
+
+from hwsim.opcua._declaration import Declaration
+from hwsim.opcua._link import Link, reads
+from hwsim.opcua._packing import outcome_of, packed, unpacked
+from hwsim.opcua._space import URI, node_id
+
+
+class Remote:
+    """The nodes of a served machine."""
+
+    def __init__(self, link: Link, namespace: int, plant: str) -> None:
+        self.link, self._namespace, self._plant = link, namespace, plant
+        self.object = ua.NodeId(plant, namespace)
+
+    @classmethod
+    async def found(cls, link: Link) -> "Remote":
+        """Find the machine at a link."""
+        try:
+            namespace = await link.client.get_namespace_index(URI)
+            machines = await link.node(ua.NodeId("Machines", namespace)).get_children()
+        except (ua.UaError, ValueError):
+            raise ValueError(
+                f"nodes must be given for {link.url}, which is no machine of hwsim.serve"
+            ) from None
+        return cls(link, namespace, str(machines[0].nodeid.Identifier))
+
+    def node_id(self, path: str) -> ua.NodeId:
+        """Node id of a path such as ``Monitoring.height``."""
+        return node_id(self._namespace, self._plant, path)
+
+    async def values(self, *paths: str) -> list[Any]:
+        """Read variables in one message."""
+        told = await self.link.read(reads([self.node_id(path) for path in paths]))
+        return [None if each.Value is None else each.Value.Value for each in told]
+
+    async def declaration(self) -> Declaration:
+        """Read what the plant declares."""
+        (text,) = await self.values("Identification.declaration")
+        return Declaration.from_json(text)
+
+    async def start(self, part: int, seed: str) -> None:
+        """Start a part."""
+        arguments = ua.Variant(part, ua.VariantType.Int64), ua.Variant(seed, ua.VariantType.String)
+        (refused,) = await self.link.call(self.object, self.node_id("Start"), *arguments)
+        if refused:
+            raise ValueError(f"the machine at {self.link.url} began no part: {refused}")
+
+    async def outcome(self) -> dict[str, Any]:
+        """Read the outcome of the last part."""
+        (text,) = await self.values("Production.outcome")
+        return outcome_of(json.loads(text)["outcome"]) if text else {}
+
+
+class LockstepPart:
+    """A part that advances by the steps of this client (`hwsim.protocols.Machine`)."""
+
+    def __init__(self, remote: Remote, told: Declaration) -> None:
+        self.time, self.done, self.event = 0, False, False
+        self._remote, self._method = remote, remote.node_id("Advance")
+        self._measures, self._accepts = tuple(told.measures), tuple(told.accepts)
+
+    def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, Any]:
+        """Take a command, advance, measure: one message each way."""
+        values = ua.Variant(packed(self._accepts, command), ua.VariantType.Double, is_array=True)
+        number = ua.Variant(ticks, ua.VariantType.Int64)
+        link = self._remote.link
+        flat, self.time, self.event, self.done, refused = link.loop.run(
+            link.call(self._remote.object, self._method, values, number)
+        )
+        if refused:
+            raise ValueError(refused)
+        return unpacked(self._measures, flat or ())
+
+    def outcome(self) -> dict[str, Any]:
+        """Read the outcome of the part."""
+        return self._remote.link.loop.run(self._remote.outcome())
