@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Awaitable, Callable
-from math import isfinite
+from math import inf, isfinite
 from time import monotonic
 from typing import Any, Final
 
@@ -11,10 +11,12 @@ from asyncua import ua
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._driver import Driver, Refused
 from hwsim.opcua._keys import ServerKeys
+from hwsim.opcua._produced import Produced
 from hwsim.opcua._sessions import Session
 from hwsim.opcua._space import Space
 
 _LONGEST = 1000  # nodes a call; chosen: far above any plant
+_ROUNDING = 1e-9  # relative; chosen: what the plants allow
 _SESSIONS = 16  # chosen: a controller, screens and recorders
 _FAILED, _MINUTE = 5, 60.0  # logins of an address, s; chosen: a person mistypes less, a program tries more
 _log = logging.getLogger(__name__)
@@ -32,10 +34,17 @@ _MOVES: Final = ("Start", "Advance", "Reset")
 class FrontDesk:
     """Sessions, write lists and calls of one machine."""
 
-    def __init__(self, space: Space, told: Declaration, driver: Driver, keys: ServerKeys | None) -> None:
+    def __init__(
+        self,
+        space: Space,
+        told: Declaration,
+        driver: Driver,
+        produced: Produced,
+        keys: ServerKeys | None,
+    ) -> None:
         self.writes = 0
         self._keys, self._failed = keys, Failures()
-        self._space, self._told, self._driver = space, told, driver
+        self._space, self._told, self._driver, self._produced = space, told, driver, produced
         self._holder: Session | None = None
         self._sessions: set[Session] = set()
         self._commands = {space.node_id(f"Commands.{name}"): name for name in told.accepts}
@@ -110,14 +119,12 @@ class FrontDesk:
             for entry in entries
             if entry.NodeId in self._commands
         }
-        for entry in entries:
-            if entry.NodeId == self._heartbeat:
-                self._driver.beat(entry.Value.Value.Value)
-                await self._space.show("Commands.heartbeat", entry.Value.Value.Value)
         try:
             if command:
                 await self._driver.take(command)
+            await self._beat(entries)
         except Refused as error:
+            await self._beat(entries)
             await self._space.show("Production.refused", str(error))
             return [
                 ua.StatusCode(ua.StatusCodes.BadInvalidState if e.NodeId in self._commands else 0)
@@ -126,6 +133,13 @@ class FrontDesk:
         for name, value in command.items():
             await self._space.show(f"Commands.{name}", value)
         return states
+
+    async def _beat(self, entries: list[ua.WriteValue]) -> None:
+        """Note the heartbeat, after the command of its list: time begins with the first one of a part."""
+        for entry in entries:
+            if entry.NodeId == self._heartbeat:
+                self._driver.beat(entry.Value.Value.Value)
+                await self._space.show("Commands.heartbeat", entry.Value.Value.Value)
 
     def _state(self, entry: ua.WriteValue) -> ua.StatusCode:
         """Status of one entry of a write list."""
@@ -140,7 +154,7 @@ class FrontDesk:
             return ua.StatusCode(ua.StatusCodes.BadUserAccessDenied)
         if value.VariantType is not _DOUBLE:
             return ua.StatusCode(ua.StatusCodes.BadTypeMismatch)
-        low, high = self._told.ranges.get(name, (-float("inf"), float("inf")))
+        low, high = widened(self._told.ranges.get(name, (-inf, inf)))
         inside = all(isfinite(number) and low <= number <= high for number in _numbers(value.Value))
         return ua.StatusCode(0 if inside else ua.StatusCodes.BadOutOfRange)
 
@@ -189,12 +203,12 @@ class FrontDesk:
         return []
 
     async def _abort(self, reason: Any) -> list[ua.Variant]:
+        await self._produced.stopped()
         await self._driver.abort(str(reason or "asked by the operator of the machine"))
         return []
 
     async def _reset(self) -> list[ua.Variant]:
-        self._driver.close()
-        return [ua.Variant("", _TEXT)]
+        return await _answered(self._driver.reset())
 
 
 class Failures:
@@ -221,6 +235,12 @@ async def _answered(work: Awaitable[None]) -> list[ua.Variant]:
     except Refused as error:
         return [ua.Variant(str(error), _TEXT)]
     return [ua.Variant("", _TEXT)]
+
+
+def widened(ends: tuple[float, float]) -> tuple[float, float]:
+    """A range with room for the rounding of commands on its ends."""
+    room = _ROUNDING * max(abs(end) for end in ends if isfinite(end)) if isfinite(sum(ends)) else 0.0
+    return ends[0] - room, ends[1] + room
 
 
 def may_operate(session: Session) -> bool:

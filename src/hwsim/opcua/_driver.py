@@ -32,5 +32,8 @@ class Driver(Protocol):
     async def abort(self, reason: str) -> None:
         """Make the machine safe and latch it."""
 
+    async def reset(self) -> None:
+        """Forget a part that is over; `Refused` while it is under way."""
+
     def close(self) -> None:
         """End the part."""

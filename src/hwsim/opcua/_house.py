@@ -14,8 +14,11 @@ from hwsim.opcua._desk import FrontDesk
 from hwsim.opcua._driver import Driver
 from hwsim.opcua._keys import ServerKeys
 from hwsim.opcua._lockstep import Lockstep
+from hwsim.opcua._own import OwnControl
+from hwsim.opcua._paced import Paced
 from hwsim.opcua._produced import Produced
 from hwsim.opcua._sessions import SessionServer
+from hwsim.opcua._shown import Shown
 from hwsim.opcua._space import URI, Space, filled
 from hwsim.opcua._thread import LoopThread
 from hwsim.protocols import Controller, Plant
@@ -63,14 +66,19 @@ class House:
         plant = await filled(space, server, self.told, getattr(self._plant, "tables", ()))
         self.produced = Produced(space)
         self._driver = self._driven(space)
-        inner.desk = self._desk = FrontDesk(space, self.told, self._driver, self._keys)
+        inner.desk = self._desk = FrontDesk(space, self.told, self._driver, self.produced, self._keys)
         await self._desk.add_methods(plant)
         await server.start()
         assert server.bserver is not None
         self.url = self._address._replace(port=server.bserver.port).url
 
     def _driven(self, space: Space) -> Driver:
-        return Lockstep(self._plant, self.produced)
+        if self.told.speed is None:
+            return Lockstep(self._plant, self.produced)
+        shown = Shown(space, self.produced)
+        if self._controller is not None:
+            return OwnControl(self._plant, self.told, shown, self._rng, self._controller)
+        return Paced(self._plant, self.told, shown, self._rng)
 
     async def _secure(self, server: Server) -> None:
         if self._keys is None:

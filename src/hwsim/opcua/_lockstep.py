@@ -66,3 +66,7 @@ class Lockstep:
     def close(self) -> None:
         """Forget the part."""
         self._machine = None
+
+    async def reset(self) -> None:
+        """Forget the part."""
+        self._machine = None

@@ -13,6 +13,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
+    from hwsim._live.live import Live
+    from hwsim._live.machine import LiveMachine
     pass
 
 
@@ -74,6 +76,7 @@ class OpcuaPlant:
             )
         self._link = Link(url, keys, _checked_user(user))
         self._closing = weakref.finalize(self, self._link.close)
+        self._shadow = False
         self._past: tuple[Mapping[str, float], ...] = ()  # outcomes of a series that changes the machine
         try:
             self._link.connect()
@@ -94,7 +97,8 @@ class OpcuaPlant:
     @property
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of the measurements."""
-        return self._told.measures
+        actual = {f"{name}_actual": unit for name, unit in self._told.accepts.items()}
+        return {**self._told.measures, **(actual if self._shadow else {})}
 
     @property
     def accepts(self) -> Mapping[str, str]:
@@ -109,7 +113,8 @@ class OpcuaPlant:
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit (and dimension of arrays) of the outcomes."""
-        return self._told.outcomes
+        counted = {} if self._told.speed is None else {"bad_quality": ""}
+        return {**self._told.outcomes, **counted}
 
     @property
     def description(self) -> Mapping[str, float | str]:
@@ -145,8 +150,8 @@ class OpcuaPlant:
         ['cut_depth', 'feed_rate']
         """
         self._link.reconnect()
-        paths = [f"Monitoring.{name}" for name in self._told.measures]
-        return dict(zip(self._told.measures, self._link.loop.run(self._remote.values(*paths)), strict=True))
+        paths = self._paths()
+        return dict(zip(paths, self._link.loop.run(self._remote.values(*paths.values())), strict=True))
 
     def start(self, rng: np.random.Generator) -> Machine:
         """Start a part in lockstep, its truth drawn from `rng`; ValueError on a machine with its own time."""
@@ -161,6 +166,44 @@ class OpcuaPlant:
         self._link.reconnect()
         self._link.loop.run(self._remote.start(0, seed_text(rng, self._past)))
         return LockstepPart(self._remote, self._told)
+
+    def start_live(self, rng: np.random.Generator, live: "Live", period: int | None) -> "LiveMachine":
+        """Start a part on a machine with its own time; called by `run`.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Random source of a simulated part.
+        live : Live
+            Safe command, deadline, operator.
+        period : int or None
+            Ticks between two steps of the fastest controller; None: events.
+        """
+        from hwsim.opcua._begin import begun
+        from hwsim.opcua._packing import seed_text
+
+        seed = "" if live.shadow else seed_text(rng, self._past)
+        return begun(self._remote, self._told, self._paths(), live, period, seed)
+
+    def listening(self) -> Self:
+        """Return the machine for a run in shadow: it also measures what its own control commands.
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> from sdpgrind import weldbead
+        >>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
+        >>> with hwsim.serve(stand, "opc.tcp://127.0.0.1:0", speed=None, security="none") as server:
+        ...     hwsim.OpcuaPlant(server.url, security="none").listening().measures["stop_actual"]
+        ''
+        """
+        return self._view(_shadow=True)
+
+    def _paths(self) -> dict[str, str]:
+        """Name of a measurement -> path of its node."""
+        paths = {name: f"Monitoring.{name}" for name in self._told.measures}
+        actual = {f"{name}_actual": f"Commands.{name}" for name in self._told.accepts}
+        return {**paths, **actual} if self._shadow else paths
 
     def after(self, outcome: Mapping[str, Any]) -> Self:
         """Return the machine for the next part of a series, as a simulated one is changed by each part.

@@ -16,7 +16,7 @@ class Produced:
     """The variables of ``Production`` and the state of the machine."""
 
     def __init__(self, space: Space) -> None:
-        self.part, self.parts, self.aborts = 0, 0, 0
+        self.part, self.parts, self.aborts, self.stops = 0, 0, 0, 0
         self.reason = ""  # why the last part was aborted
         self.slip = 0.0  # s by which the time of the machine lags behind
         self._space, self._paused = space, False
@@ -25,7 +25,7 @@ class Produced:
     async def begun(self, part: int) -> None:
         """Tell that a part was begun."""
         self.part, self.reason = part, ""
-        await self._show(part=part, aborted="", outcome="", refused="")
+        await self._show(part=part, aborted="", refused="")
         await self._space.show("Part.done", False)
         await self._space.show("MachineryItemState", "Executing")
 
@@ -51,6 +51,11 @@ class Produced:
         self._kept.append(text if len(text) <= _LONG else json.dumps({"part": self.part, "aborted": aborted}))
         await self._show(outcome=text, outcomes=list(self._kept))
         await self._space.show("MachineryItemState", "NotExecuting")
+
+    async def stopped(self) -> None:
+        """Tell that an operator asked for an abort."""
+        self.stops += 1
+        await self._show(stops=self.stops)
 
     async def hold(self, paused: bool) -> None:
         """Tell that no part is begun, or that the machine goes on."""

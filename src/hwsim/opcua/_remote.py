@@ -1,6 +1,8 @@
 """A machine served by `hwsim.serve`, as its client sees it: names of nodes, and parts in lockstep."""
 
 import json
+import statistics
+import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,6 +12,9 @@ from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._link import Link, reads
 from hwsim.opcua._packing import outcome_of, packed, unpacked
 from hwsim.opcua._space import URI, node_id
+
+
+_EXCHANGES = 20  # source: the issue of live runs
 
 
 class Remote:
@@ -52,10 +57,23 @@ class Remote:
         if refused:
             raise ValueError(f"the machine at {self.link.url} began no part: {refused}")
 
-    async def outcome(self) -> dict[str, Any]:
-        """Read the outcome of the last part."""
-        (text,) = await self.values("Production.outcome")
-        return outcome_of(json.loads(text)["outcome"]) if text else {}
+    async def round_trip(self) -> float:
+        """Median time of an exchange, s."""
+        times = []
+        for _ in range(_EXCHANGES):
+            begun = time.perf_counter()
+            await self.values("Part.sequence")
+            times.append(time.perf_counter() - begun)
+        return statistics.median(times)
+
+    async def outcome(self, part: int) -> dict[str, Any]:
+        """Read the outcome of a part, the last one or one of the last 64; empty where there is none."""
+        (newest,) = await self.values("Production.outcome")
+        if newest and (told := json.loads(newest))["part"] == part:
+            return outcome_of(told["outcome"])
+        (kept,) = await self.values("Production.outcomes")
+        parts = [json.loads(text) for text in kept or ()]
+        return next((outcome_of(told.get("outcome", {})) for told in parts if told["part"] == part), {})
 
 
 class LockstepPart:
@@ -80,4 +98,4 @@ class LockstepPart:
 
     def outcome(self) -> dict[str, Any]:
         """Read the outcome of the part."""
-        return self._remote.link.loop.run(self._remote.outcome())
+        return self._remote.link.loop.run(self._remote.outcome(0))

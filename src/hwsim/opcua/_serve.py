@@ -152,6 +152,10 @@ def serve(
     if speed is not None:
         speed = checks.positive("speed", speed)
     timeout = checks.positive("timeout", timeout, "s")
+    if speed is not None and not getattr(plant, "safe", None):
+        raise ValueError(
+            f"speed must be None, lockstep, for a {type(plant).__name__}: it has no safe command (attribute safe)"
+        )
     if controller is not None:
         if speed is None:
             raise ValueError("controller must be None in lockstep, where the client commands")

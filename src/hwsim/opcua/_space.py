@@ -32,6 +32,7 @@ _PRODUCED: Final[dict[str, tuple[Any, ua.VariantType]]] = {
     "outcomes": ([], ua.VariantType.String),
     "aborted": ("", ua.VariantType.String),
     "aborts": (0, ua.VariantType.UInt32),
+    "stops": (0, ua.VariantType.UInt32),
     "paused": (False, ua.VariantType.Boolean),
     "operator": ("", ua.VariantType.String),
     "refused": ("", ua.VariantType.String),
