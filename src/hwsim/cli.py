@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
+from hwsim.command._keys import add_keys
 from hwsim.command._roundness.command import add_roundness
 from hwsim.command._verify import add_verify
 from hwsim.command._warm import add_warm
@@ -103,6 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     named = {area.name: area for area in known}
     add_demo(areas)
     add_roundness(areas)
+    add_keys(areas)
     add_warm(areas, named, parser.parse_args)
     add_verify(areas, named, parser.parse_args)
     return parser

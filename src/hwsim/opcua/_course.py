@@ -1,4 +1,4 @@
-"""One part of a machine that keeps wall time: physics by ticks, commands at the first tick after they came."""
+"""One part of a machine that keeps wall time: physics by ticks, commands at the tick after they came."""
 
 import copy
 from collections.abc import Mapping
@@ -43,7 +43,7 @@ class Course:
         self._anchor = 0  # ns at which its time was 0
         self._sequence = self._events = 0
         self._held: dict[str, Any] = {}
-        self._fresh: dict[str, Any] = {}  # commands that came since its time moved
+        self._fresh: dict[str, Any] = {}  # commands that its computer has not taken yet
         self.reading = machine.step({}, 0)
 
     @property
@@ -111,11 +111,12 @@ class Course:
 
     def apply(self, command: Mapping[str, Any], now: int) -> None:
         """Apply commands at the present tick, and let time run."""
-        self._fresh = {**self._fresh, **command}
+        fresh = {**self._fresh, **command} if self._samples > 1 else dict(command)
         try:
-            self.reading = self.machine.step(self._fresh, 0)
+            self.reading = self.machine.step(fresh, 0)
         except Exception as error:
             raise Refused(str(error)) from None
+        self._fresh = fresh
         self._held |= command
         self.go(now)
 

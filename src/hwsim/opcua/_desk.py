@@ -1,5 +1,6 @@
 """Rules of access to a served machine: one operator, ranges of commands, methods."""
 
+import asyncio
 import logging
 from collections.abc import Awaitable, Callable
 from math import inf, isfinite
@@ -71,7 +72,7 @@ class FrontDesk:
         if self._keys is not None:
             self._failed.refuse(session)
             if said := self._keys.keys.refusal(certificate):
-                _log.warning("%s was refused: %s", called(session), said)
+                _log.info("%s was refused: %s", called(session), said)
                 raise ua.uaerrors.BadCertificateUntrusted
         self._sessions.add(session)
         if len(self._sessions) > _SESSIONS:
@@ -93,6 +94,7 @@ class FrontDesk:
         self._sessions.discard(session)
         if session is self._holder:
             self._holder = None
+            self._left = asyncio.ensure_future(self._space.show("Production.operator", ""))
 
     async def _holds(self, session: Session) -> bool:
         """Whether a session is that of the one operator, or becomes it."""

@@ -71,10 +71,18 @@ class Link:
                 client.set_user(self._user[0])
                 client.set_password(self._user[1])
             await asyncio.wait_for(client.connect(), CONNECTING)
+        except PermissionError:  # a server that is not trusted
+            raise
         except (ua.uaerrors.BadUserAccessDenied, ua.uaerrors.BadIdentityTokenRejected):
             raise PermissionError(f"user must be one that {self.url} knows, with its password") from None
         except ua.uaerrors.BadCertificateUntrusted:
             raise PermissionError(f"{self.url} does not trust certificate.der of {self._folder}") from None
+        except ua.UaError as error:
+            if "No matching" in str(error) and self._keys is None:
+                raise PermissionError(
+                    f"security must be a folder of certificates: {self.url} encrypts"
+                ) from None
+            raise ConnectionError(f"no session at {self.url}: {_text(error)}") from None
         except _FAULTS as error:
             raise ConnectionError(f"no session at {self.url}: {_text(error)}") from None
         self._client = client
@@ -148,13 +156,15 @@ class Link:
         except _FAULTS as error:
             raise self.cut() from error
         if result.StatusCode.value == ua.StatusCodes.BadUserAccessDenied:
-            raise PermissionError(await self.refused())
+            raise PermissionError(self._refused())
         result.StatusCode.check()
         return [each.Value for each in result.OutputArguments or ()]
 
-    async def refused(self) -> str:
+    def _refused(self) -> str:
         """Why this session may not command."""
-        return f"the session at {self.url} may not command: its user is an observer, or another one does"
+        if self._user is not None and self._user[0] == "observer":
+            return f"user must be the operator to command {self.url}; got 'observer'"
+        return f"{self.url} is commanded by another session; one operator at a time"
 
     def node(self, node: ua.NodeId) -> Node:
         """Return a node of the session."""

@@ -137,7 +137,8 @@ class RemotePart:
         self._events, self.done = seen.event, self._over(seen)
         self._pulse.bad += seen.bad
         return {
-            name: np.array(value) if isinstance(value, list) else value for name, value in seen.reading.items()
+            name: np.array(value) if isinstance(value, list) else value
+            for name, value in seen.reading.items()
         }
 
     def _machine_ticks(self, seen: Seen) -> int:

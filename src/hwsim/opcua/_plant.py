@@ -15,6 +15,7 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from hwsim._live.live import Live
     from hwsim._live.machine import LiveMachine
+
     pass
 
 

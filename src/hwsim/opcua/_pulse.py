@@ -94,7 +94,7 @@ class Pulse:
             beat = number > 0 and now >= self._due and self._forwarding.alive(now)
             try:
                 if command or beat:
-                    await self._sent(command, beat or bool(command) and not tripped)
+                    await self._sent(command, beat or (bool(command) and not tripped))
             except ConnectionError as error:
                 self._cut(error)
                 break
@@ -107,9 +107,7 @@ class Pulse:
 
     async def _sent(self, command: Mapping[str, Any], beat: bool) -> None:
         """Write a command list."""
-        values = {
-            self._remote.node_id(f"Commands.{name}"): number(value) for name, value in command.items()
-        }
+        values = {self._remote.node_id(f"Commands.{name}"): number(value) for name, value in command.items()}
         if beat:
             self._count += 1
             self._due = time.monotonic_ns() + self._beat_every
@@ -121,7 +119,9 @@ class Pulse:
 
     async def _refused(self, command: Mapping[str, Any], state: ua.StatusCode) -> None:
         """Note why the machine did not take a list."""
-        (said,) = await self._remote.values("Production.refused")
+        said, done = await self._remote.values("Production.refused", "Part.done")
+        if done:  # it ended while the list was on its way
+            return
         if state.value != ua.StatusCodes.BadInvalidState or not said:
             said = f"the machine refused {dict(command)!r}: {state.name}"
         self.refusal = ValueError(said)

@@ -13,7 +13,6 @@ from hwsim.opcua._link import Link, reads
 from hwsim.opcua._packing import outcome_of, packed, unpacked
 from hwsim.opcua._space import URI, node_id
 
-
 _EXCHANGES = 20  # source: the issue of live runs
 
 

@@ -154,7 +154,7 @@ def serve(
     timeout = checks.positive("timeout", timeout, "s")
     if speed is not None and not getattr(plant, "safe", None):
         raise ValueError(
-            f"speed must be None, lockstep, for a {type(plant).__name__}: it has no safe command (attribute safe)"
+            f"speed must be None, lockstep, for a {type(plant).__name__}: it has no safe command, ``safe``"
         )
     if controller is not None:
         if speed is None:

@@ -45,7 +45,12 @@ class ShadowPart(RemotePart):
 
 
 def followed(
-    remote: Remote, told: Declaration, names: Mapping[str, str], live: Live, period: int | None, pauses: Pauses
+    remote: Remote,
+    told: Declaration,
+    names: Mapping[str, str],
+    live: Live,
+    period: int | None,
+    pauses: Pauses,
 ) -> ShadowPart:
     """Wait for the beginning of a part and follow it."""
     number = remote.link.loop.run(_next_part(remote, lambda: live.reason))

@@ -64,4 +64,6 @@ class Shown:
 
 def plain(value: Any) -> Any:
     """A number, or a list of numbers or of rows."""
-    return value if isinstance(value, float) else np.asarray(getattr(value, "segments", value), float).tolist()
+    return (
+        value if isinstance(value, float) else np.asarray(getattr(value, "segments", value), float).tolist()
+    )

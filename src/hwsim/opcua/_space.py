@@ -1,5 +1,6 @@
 """Address space of a served plant: objects, variables, units and ranges, methods."""
 
+import gc
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from math import nan
@@ -47,7 +48,12 @@ class StandardNodes(InternalServer):  # type: ignore[misc]  # asyncua is not fol
     async def load_standard_address_space(self, shelf_file: Any = None) -> None:
         """Fill the address space with the nodes of the standard."""
         if not _standard:
-            await super().load_standard_address_space(shelf_file)
+            collecting = gc.isenabled()
+            gc.disable()  # half of the time would go to the search for garbage among 100 000 live objects
+            try:
+                await super().load_standard_address_space(shelf_file)
+            finally:
+                (gc.enable if collecting else gc.disable)()
             _standard.update({key: _copied(self.aspace[key]) for key in self.aspace.keys()})  # noqa: SIM118
         for key, node in _standard.items():
             self.aspace[key] = _copied(node)
