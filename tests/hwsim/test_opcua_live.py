@@ -148,7 +148,7 @@ def test_a_pause_at_the_machine_ends_after_the_part_and_goes_on():
         call(server, "Resume")
 
     with served(axis) as server:
-        resume = threading.Thread(target=resume_between_parts)
+        resume = threading.Thread(target=resume_between_parts, daemon=True)
         resume.start()
         log = hwsim.run(behind(server), Calling(server, "Pause"), parts=2, live=control)
         resume.join()

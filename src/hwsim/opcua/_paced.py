@@ -169,8 +169,10 @@ class Paced:
         if course is None:
             raise Refused("a part must be started before it is commanded")
         self._watch(course, now)
-        course.take(command, now)
-        self._show(course)
+        try:
+            course.take(command, now)
+        finally:
+            self._show(course)  # first: who is refused looks whether the part is finished
 
     def _latch(self, reason: str) -> None:
         if self._course is not None and not self._course.over:
