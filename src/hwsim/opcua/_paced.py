@@ -171,8 +171,9 @@ class Paced:
         self._watch(course, now)
         try:
             course.take(command, now)
-        finally:
+        except Refused:
             self._show(course)  # first: who is refused looks whether the part is finished
+            raise
 
     def _latch(self, reason: str) -> None:
         if self._course is not None and not self._course.over:

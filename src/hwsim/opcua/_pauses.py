@@ -3,7 +3,7 @@
 import asyncio
 
 from hwsim._live.live import Live
-from hwsim.opcua._remote import Remote
+from hwsim.opcua._machine import RemoteMachine
 
 _LOOK = 0.1  # s; chosen: below what an operator notices
 
@@ -11,7 +11,7 @@ _LOOK = 0.1  # s; chosen: below what an operator notices
 class Pauses:
     """The operator at the machine, and the run of a client."""
 
-    def __init__(self, remote: Remote, live: Live, stops: int) -> None:
+    def __init__(self, remote: RemoteMachine, live: Live, stops: int) -> None:
         self._remote, self._live, self._stops = remote, live, stops
         self._task: asyncio.Task[None] | None = None
 
@@ -29,9 +29,7 @@ class Pauses:
         while paused and self._live.reason is None:
             await asyncio.sleep(_LOOK)
             try:
-                paused, stops, reason = await self._remote.values(
-                    "Production.paused", "Production.stops", "Production.aborted"
-                )
+                paused, stops, reason = await self._remote.operator()
             except ConnectionError:
                 return
             if stops != self._stops:
@@ -41,4 +39,4 @@ class Pauses:
 
     async def begin(self) -> None:
         """Look before a part is begun."""
-        self.look(*await self._remote.values("Production.paused", "Production.stops", "Production.aborted"))
+        self.look(*await self._remote.operator())

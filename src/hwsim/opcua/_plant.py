@@ -15,6 +15,8 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from hwsim._live.live import Live
     from hwsim._live.machine import LiveMachine
+    from hwsim.opcua._declaration import Declaration
+    from hwsim.opcua._machine import RemoteMachine
 
     pass
 
@@ -31,6 +33,12 @@ class OpcuaPlant:
     ----------
     url : str
         Address of the machine: "opc.tcp://127.0.0.1:4840".
+    nodes : path, optional
+        TOML table of nodes of a machine that is not one of `hwsim.serve`: ``[measures.size]`` with ``node``,
+        ``unit`` and, if it is there, ``sample``, a counter of samples; ``[commands.velocity]`` with ``node``,
+        ``unit`` and, if there is a range, ``min`` and ``max``; ``[machine]`` with the nodes ``done``,
+        ``heartbeat`` (else it is not commanded), ``event``, ``start``, ``aborted``. Values are converted to
+        the library's units.
     security : path or "none"
         Folder of certificates (``hwsim keys FOLDER`` makes one): signed and encrypted messages, with a server
         whose certificate is in its folder ``trusted``. "none": neither, on a loopback address only.
@@ -61,16 +69,18 @@ class OpcuaPlant:
         self,
         url: str,
         *,
+        nodes: str | os.PathLike[str] | None = None,
         security: str | os.PathLike[str] | None = None,
         user: tuple[str, str] | None = None,
     ) -> None:
         need("asyncua", "opcua")
+        from hwsim.opcua._foreign import ForeignMachine, read_nodes
         from hwsim.opcua._keys import read_keys
         from hwsim.opcua._link import Link
         from hwsim.opcua._remote import Remote
 
         address = address_of(url)
-        keys = read_keys(security)
+        keys, table = read_keys(security), None if nodes is None else read_nodes(nodes)
         if keys is None and not address.loopback:
             raise ValueError(
                 f'security must be a folder of certificates but on a loopback address; got "none" for {url}'
@@ -81,8 +91,9 @@ class OpcuaPlant:
         self._past: tuple[Mapping[str, float], ...] = ()  # outcomes of a series that changes the machine
         try:
             self._link.connect()
-            self._remote = self._link.loop.run(Remote.found(self._link))
-            self._told = self._link.loop.run(self._remote.declaration())
+            found: Any = ForeignMachine.found(self._link, table) if table else Remote.found(self._link)
+            self._remote: RemoteMachine = self._link.loop.run(found)
+            self._told: Declaration = self._link.loop.run(self._remote.declaration())
             if self._told.speed is None:
                 self._link.patient()
                 self._link.connect()
@@ -151,8 +162,12 @@ class OpcuaPlant:
         ['cut_depth', 'feed_rate']
         """
         self._link.reconnect()
-        paths = self._paths()
-        return dict(zip(paths, self._link.loop.run(self._remote.values(*paths.values())), strict=True))
+        from hwsim.opcua._link import reads
+
+        names = self._paths()
+        told = self._link.loop.run(self._link.read(reads(self._remote.nodes(names))))
+        reading: Mapping[str, Any] = self._remote.seen(names, told, 0).reading
+        return reading
 
     def start(self, rng: np.random.Generator) -> Machine:
         """Start a part in lockstep, its truth drawn from `rng`; ValueError on a machine with its own time."""

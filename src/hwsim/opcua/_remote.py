@@ -3,16 +3,26 @@
 import json
 import statistics
 import time
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 from asyncua import ua
 
+from hwsim._live.live import Live
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._link import Link, reads
 from hwsim.opcua._packing import outcome_of, packed, unpacked
+from hwsim.opcua._sample import Seen, good, number, read_number, spread
 from hwsim.opcua._space import URI, node_id
 
+_OF_PART: Final = ("Part.sequence", "Part.time", "Part.event", "Part.done")
+_OF_MACHINE: Final = (
+    "Production.part",
+    "Production.aborts",
+    "Production.aborted",
+    "Production.stops",
+    "Production.paused",
+)
 _EXCHANGES = 20  # source: the issue of live runs
 
 
@@ -73,6 +83,54 @@ class Remote:
         (kept,) = await self.values("Production.outcomes")
         parts = [json.loads(text) for text in kept or ()]
         return next((outcome_of(told.get("outcome", {})) for told in parts if told["part"] == part), {})
+
+    def nodes(self, names: Mapping[str, str]) -> list[ua.NodeId]:
+        """Nodes of one sample: measurements, then what `seen` tells."""
+        return [self.node_id(path) for path in (*names.values(), *_OF_PART, *_OF_MACHINE)]
+
+    def seen(self, names: Mapping[str, str], told: Sequence[ua.DataValue], asked: int) -> Seen:
+        """Return the sample of a list that was read."""
+        measured, rest = told[: len(names)], told[len(names) :]
+        reading = {name: read_number(each) for name, each in zip(names, measured, strict=True)}
+        values: Any = [None if each.Value is None else each.Value.Value for each in rest]
+        bad = sum(not good(each) for each in measured)
+        return Seen._make([reading, *values, asked, spread(measured), bad])
+
+    def written(self, command: Mapping[str, Any], beat: int | None) -> dict[ua.NodeId, ua.Variant]:
+        """Values of a write list: commands, and the heartbeat unless None."""
+        values = {self.node_id(f"Commands.{name}"): number(value) for name, value in command.items()}
+        if beat is not None:
+            values[self.node_id("Commands.heartbeat")] = ua.Variant(beat % (1 << 32), ua.VariantType.UInt32)
+        return values
+
+    async def refusal(self, command: Mapping[str, Any], state: ua.StatusCode) -> str:
+        """Why the machine did not take a list; "": the part ended meanwhile."""
+        said, done = await self.values("Production.refused", "Part.done")
+        if done:
+            return ""
+        if state.value == ua.StatusCodes.BadInvalidState and said:
+            return str(said)
+        return f"the machine refused {dict(command)!r}: {state.name}"
+
+    async def operator(self) -> tuple[bool, int, str]:
+        """Whether the machine is paused, how often it was asked to abort, and why the last part was."""
+        paused, stops, reason = await self.values(
+            "Production.paused", "Production.stops", "Production.aborted"
+        )
+        return paused, stops, reason
+
+    async def last_part(self) -> int:
+        """Number of the last part that was begun."""
+        (part,) = await self.values("Production.part")
+        return int(part)
+
+    def check(self, told: Declaration, live: Live, period: int | None) -> None:
+        """Refuse to command a machine with its own control."""
+        if told.own and not live.shadow:
+            raise ValueError(
+                "live must be in shadow, hwsim.Live(shadow=True): "
+                f"the machine at {self.link.url} has its own control"
+            )
 
 
 class LockstepPart:

@@ -8,9 +8,10 @@ from typing import Any
 from hwsim._live.live import Aborted, Live
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._live_part import RemotePart
+from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
-from hwsim.opcua._pulse import Pulse, Seen
-from hwsim.opcua._remote import Remote
+from hwsim.opcua._pulse import Pulse
+from hwsim.opcua._sample import Seen
 
 _LOOK = 0.01  # s; chosen: below the time between two parts
 
@@ -45,7 +46,7 @@ class ShadowPart(RemotePart):
 
 
 def followed(
-    remote: Remote,
+    remote: RemoteMachine,
     told: Declaration,
     names: Mapping[str, str],
     live: Live,
@@ -57,11 +58,11 @@ def followed(
     return ShadowPart(remote, told, names, live, period, number, pauses)
 
 
-async def _next_part(remote: Remote, ended: Callable[[], str | None]) -> int:
-    (before,) = await remote.values("Production.part")
+async def _next_part(remote: RemoteMachine, ended: Callable[[], str | None]) -> int:
+    before = await remote.last_part()
     while ended() is None:
-        (part,) = await remote.values("Production.part")
+        part = await remote.last_part()
         if part != before:
-            return int(part)
+            return part
         await asyncio.sleep(_LOOK)
     raise Aborted(f"no part was begun: {ended()}")

@@ -5,10 +5,9 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
-import numpy as np
-
 from hwsim.opcua._course import Sample
 from hwsim.opcua._produced import Produced
+from hwsim.opcua._sample import plain
 from hwsim.opcua._space import Space
 
 
@@ -60,10 +59,3 @@ class Shown:
     async def _measured(self, reading: Mapping[str, Any], now: datetime) -> None:
         for name, value in reading.items():
             await self._space.show(f"Monitoring.{name}", plain(value), now)
-
-
-def plain(value: Any) -> Any:
-    """A number, or a list of numbers or of rows."""
-    return (
-        value if isinstance(value, float) else np.asarray(getattr(value, "segments", value), float).tolist()
-    )

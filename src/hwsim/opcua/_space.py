@@ -75,6 +75,7 @@ class Space:
         self._plant, self._server = plant, server
         self._aspace: AddressSpace = server.iserver.aspace
         self._types: dict[str, ua.VariantType] = {}
+        self._values: dict[str, AttributeValue] = {}
 
     def node_id(self, path: str) -> ua.NodeId:
         """Node id of a path such as ``Monitoring.height``, the same at each start of a server."""
@@ -86,7 +87,11 @@ class Space:
             ua.Variant(value, self._types[path], is_array=isinstance(value, list)),
             SourceTimestamp=at or datetime.now(UTC),
         )
-        await self._aspace.write_attribute_value(self.node_id(path), ua.AttributeIds.Value, told)
+        attribute = self._values[path]
+        if attribute.datachange_callbacks:
+            await self._aspace.write_attribute_value(self.node_id(path), ua.AttributeIds.Value, told)
+        else:
+            attribute.value = told
 
     def value(self, path: str) -> Any:
         """Return the value of a variable."""
@@ -106,7 +111,9 @@ class Space:
         self._types[path] = kind
         name = self._name(path.rpartition(".")[2])
         variant = ua.Variant(value, kind, is_array=isinstance(value, list))
-        return await above.add_variable(self.node_id(path), name, variant)
+        node = await above.add_variable(self.node_id(path), name, variant)
+        self._values[path] = self._aspace[self.node_id(path)].attributes[ua.AttributeIds.Value]
+        return node
 
     async def quantity(
         self, above: Node, path: str, unit: str, ends: tuple[float, float] | None, *, table: bool = False
