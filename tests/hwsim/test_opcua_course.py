@@ -7,7 +7,7 @@ from opcua_fakes import Axis
 
 import centering
 import hwsim
-from hwsim.opcua._course import Course
+from hwsim.opcua._course import PacedPart
 from hwsim.opcua._driver import Refused
 from sdpgrind import locus, plunge, weldbead
 
@@ -16,7 +16,7 @@ MS = 1_000_000
 
 def course(plant=None, speed=1.0, samples=1, part=1):
     plant = plant or Axis()
-    return Course(part, plant.start(np.random.default_rng(0)), plant.tick, speed, samples)
+    return PacedPart(part, plant.start(np.random.default_rng(0)), plant.tick, speed, samples)
 
 
 def test_a_command_takes_effect_at_the_first_tick_after_it_came():

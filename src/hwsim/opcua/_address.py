@@ -6,7 +6,7 @@ from urllib.parse import urlsplit
 
 from sdpgrind.base import checks
 
-_LARGEST = 65535
+_LARGEST = 65535  # source: RFC 9293, 16 bits
 _DEFAULT = 4840  # source: IANA, port of opc.tcp
 
 

@@ -13,7 +13,7 @@ from hwsim.protocols import FOREVER, Machine
 _LAG = NANOSECONDS // 10  # ns; chosen: a pause of the computer is made up for, a slow plant is not
 
 
-class Sample(NamedTuple):
+class ShownSample(NamedTuple):
     """What a machine shows at one moment."""
 
     part: int
@@ -27,7 +27,7 @@ class Sample(NamedTuple):
     outcome: Mapping[str, Any] | None  # of a part that has ended
 
 
-class Course:
+class PacedPart:
     """A part in wall time; it is touched by one thread.
 
     Its time stands still before the first command, and where nothing is under way after an event: a machine
@@ -134,11 +134,11 @@ class Course:
             self.latched = f"{reason}; the safe command was refused: {error}"
         self._held |= safe
 
-    def sample(self) -> Sample:
+    def sample(self) -> ShownSample:
         """Take the next sample."""
         self._sequence += 1
         machine = self.machine
-        return Sample(
+        return ShownSample(
             self.part,
             self.reading,
             dict(self._held),

@@ -8,7 +8,7 @@ from typing import Any
 from hwsim.protocols import Plant
 from sdpgrind.base import stored
 
-VERSION = 1
+VERSION = 1  # chosen: a server of another version is refused
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from asyncua import ua
 from hwsim._live.live import Live
 from hwsim.command._toml import Table, read
 from hwsim.opcua._declaration import Declaration
-from hwsim.opcua._link import Link, reads, writes
-from hwsim.opcua._sample import Seen, good, read_number, spread
+from hwsim.opcua._link import ClientLink, reads, writes
+from hwsim.opcua._sample import ReadSample, good, read_number, spread
 from sdpgrind.base import checks, unit_text
 
 _OURS: Final = (
@@ -26,7 +26,7 @@ _INTEGERS = (
 )  # fmt: skip
 
 
-class Place(NamedTuple):
+class NodePlace(NamedTuple):
     """A node of a measurement or a command."""
 
     node: str
@@ -39,8 +39,8 @@ class Place(NamedTuple):
 class Nodes(NamedTuple):
     """A table of nodes."""
 
-    measures: Mapping[str, Place]
-    commands: Mapping[str, Place]
+    measures: Mapping[str, NodePlace]
+    commands: Mapping[str, NodePlace]
     machine: Mapping[str, str]  # heartbeat, event, done, start, aborted
     name: str
     tick: float
@@ -65,11 +65,11 @@ _KEYS: Final = ("heartbeat", "event", "done", "start", "aborted")
 _NEEDED: Final = ("done",)
 
 
-def _places(table: Table) -> dict[str, Place]:
+def _places(table: Table) -> dict[str, NodePlace]:
     return {name: _place(table.table(name)) for name in table.entries}
 
 
-def _place(table: Table) -> Place:
+def _place(table: Table) -> NodePlace:
     written = str(table.take("unit"))
     unit = _library_unit(table.path("unit"), written)
     factor = unit_text.factor(written, unit)
@@ -78,7 +78,7 @@ def _place(table: Table) -> Place:
     if table.has("min") or table.has("max"):
         ends = table.number("min", unit or "1"), table.number("max", unit or "1")
     table.done()
-    return Place(node, unit, factor, sample, ends)
+    return NodePlace(node, unit, factor, sample, ends)
 
 
 def _library_unit(name: str, written: str) -> str:
@@ -96,7 +96,7 @@ def _library_unit(name: str, written: str) -> str:
 class ForeignMachine:
     """A machine that is not served by `hwsim.serve` (`RemoteMachine`)."""
 
-    def __init__(self, link: Link, nodes: Nodes) -> None:
+    def __init__(self, link: ClientLink, nodes: Nodes) -> None:
         self.link, self._nodes = link, nodes
         self._types: dict[str, ua.VariantType] = {}
         self._part, self._was_done = 0, True
@@ -104,7 +104,7 @@ class ForeignMachine:
         self._rest = tuple(key for key in ("event", "done", "aborted") if key in nodes.machine)
 
     @classmethod
-    async def found(cls, link: Link, nodes: Nodes) -> "ForeignMachine":
+    async def found(cls, link: ClientLink, nodes: Nodes) -> "ForeignMachine":
         """Look at every node of the table; ValueError with all faults."""
         machine = cls(link, nodes)
         if faults := [fault async for fault in machine._faults()]:
@@ -232,14 +232,14 @@ class ForeignMachine:
     def _of_machine(self) -> list[str]:
         return [self._nodes.machine[key] for key in self._rest]
 
-    def seen(self, names: Mapping[str, str], told: Sequence[ua.DataValue], asked: int) -> Seen:
+    def seen(self, names: Mapping[str, str], told: Sequence[ua.DataValue], asked: int) -> ReadSample:
         """Return the sample of a list that was read, in the library's units."""
         measured, rest = told[: len(names)], [read_number(each) for each in told[len(names) :]]
         reading = {n: self._factor(n) * read_number(each) for n, each in zip(names, measured, strict=True)}
         counters = rest[: len(self._samples)]
         of = dict(zip(self._rest, rest[len(self._samples) :], strict=True))
         stopped = bool(of.get("aborted", 0))
-        return Seen(
+        return ReadSample(
             reading,
             int(sum(counters)) if counters and sum(counters) == sum(counters) else asked,
             nan,

@@ -23,7 +23,7 @@ _WAITS = (0.1, 0.2, 0.4, 0.8, 1.6, *(2.0,) * 12)  # s between attempts; source: 
 _FAULTS = (OSError, asyncio.TimeoutError, ua.UaError)
 
 
-class Link:
+class ClientLink:
     """One session after the other at one URL; its event loop has a thread of its own."""
 
     def __init__(self, url: str, keys: Keys | None, user: tuple[str, str] | None) -> None:

@@ -19,7 +19,7 @@ from hwsim.opcua._link import ANSWER
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._pulse import BEATS, Pulse
-from hwsim.opcua._sample import Seen
+from hwsim.opcua._sample import ReadSample
 
 _STALE = 0.5  # s; measured: a computer with 5 tasks a core pauses for 0.24 s; samples come each 10 ms
 _PERIODS = 2  # source: the issue of live runs
@@ -72,7 +72,7 @@ class RemotePart:
         with self._news:
             self._news.notify_all()
 
-    def _pulse_seen(self) -> Seen | None:
+    def _pulse_seen(self) -> ReadSample | None:
         pulse = getattr(self, "_pulse", None)
         return None if pulse is None else pulse.seen
 
@@ -119,10 +119,10 @@ class RemotePart:
         seen = self._pulse.seen
         return seen is not None and (self._over(seen) or seen.event != self._events)
 
-    def _over(self, seen: Seen) -> bool:
+    def _over(self, seen: ReadSample) -> bool:
         return seen.done
 
-    def _fresh(self) -> Seen:
+    def _fresh(self) -> ReadSample:
         """A sample that was read from now on."""
         self._pulse.wanted += 1
         number = self._pulse.wanted
@@ -133,7 +133,7 @@ class RemotePart:
         self.sampled = seen.at
         return seen
 
-    def _taken_in(self, seen: Seen) -> dict[str, Any]:
+    def _taken_in(self, seen: ReadSample) -> dict[str, Any]:
         self.event = seen.event != self._events
         self._events, self.done = seen.event, self._over(seen)
         self._pulse.bad += seen.bad
@@ -142,7 +142,7 @@ class RemotePart:
             for name, value in seen.reading.items()
         }
 
-    def _machine_ticks(self, seen: Seen) -> int:
+    def _machine_ticks(self, seen: ReadSample) -> int:
         if seen.time == seen.time:
             return round(Fraction(seen.time) / self._tick)
         return self._releases.ticks(seen.at) if self._releases else 0  # it does not tell its time
@@ -204,12 +204,12 @@ class Watch:
     def __init__(self, live: Live, period: float, forwarding: Forwarding, pauses: Pauses) -> None:
         self._live, self._forwarding, self._pauses = live, forwarding, pauses
         self._stale = live.stale if live.stale is not None else max(_PERIODS * period, _STALE)
-        self._first: Seen | None = None
-        self._last: Seen | None = None  # the last one whose sequence moved
+        self._first: ReadSample | None = None
+        self._last: ReadSample | None = None  # the last one whose sequence moved
         self._equal = dict.fromkeys(live.stuck, 1)
         self._before: Mapping[str, Any] = {}
 
-    def look(self, seen: Seen) -> None:
+    def look(self, seen: ReadSample) -> None:
         """Look at a sample, in the thread of the link."""
         first, last = self._first or seen, self._last or seen
         self._first = first

@@ -7,14 +7,14 @@ from asyncua import ua
 
 from hwsim._live.live import Live
 from hwsim.opcua._declaration import Declaration
-from hwsim.opcua._link import Link
-from hwsim.opcua._sample import Seen
+from hwsim.opcua._link import ClientLink
+from hwsim.opcua._sample import ReadSample
 
 
 class RemoteMachine(Protocol):
     """A served machine, or a foreign one with a table of nodes."""
 
-    link: Link
+    link: ClientLink
 
     async def declaration(self) -> Declaration:
         """Read what the machine declares."""
@@ -40,7 +40,7 @@ class RemoteMachine(Protocol):
     def nodes(self, names: Mapping[str, str]) -> list[ua.NodeId]:
         """Nodes of one sample."""
 
-    def seen(self, names: Mapping[str, str], told: Sequence[ua.DataValue], asked: int) -> Seen:
+    def seen(self, names: Mapping[str, str], told: Sequence[ua.DataValue], asked: int) -> ReadSample:
         """Return the sample of a list that was read."""
 
     def written(self, command: Mapping[str, Any], beat: int | None) -> dict[ua.NodeId, ua.Variant]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from hwsim._part.clock import Clock, exact
 from hwsim._part.part import PartLoop
-from hwsim.opcua._course import Course
+from hwsim.opcua._course import PacedPart
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._driver import Refused
 from hwsim.opcua._paced import Paced
@@ -61,7 +61,7 @@ class OwnControl(Paced):
         if hasattr(self._plant, "after"):
             self._plant = self._plant.after(machine.outcome())
 
-    def paced(self, course: Course, command: Mapping[str, Any], ticks: int) -> None:
+    def paced(self, course: PacedPart, command: Mapping[str, Any], ticks: int) -> None:
         """Apply a command, show it, and advance in wall time."""
         course.apply(command, time.monotonic_ns())
         self._show(course)
@@ -80,7 +80,7 @@ class OwnControl(Paced):
 class _OwnPart:
     """A part as its own control sees it (`hwsim.protocols.Machine`)."""
 
-    def __init__(self, control: OwnControl, course: Course) -> None:
+    def __init__(self, control: OwnControl, course: PacedPart) -> None:
         self._control, self._course = control, course
 
     @property

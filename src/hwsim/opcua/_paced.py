@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hwsim._live.releases import NANOSECONDS
-from hwsim.opcua._course import Course
+from hwsim.opcua._course import PacedPart
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._driver import Answer, Refused
 from hwsim.opcua._packing import seeded
@@ -21,7 +21,7 @@ from sdpgrind.base.rng import Seed, generator
 
 SLICE = 0.01  # s between samples; chosen: half a period of 20 Hz at most, 3 % of a core
 _SOONEST = 0.002  # s between looks at a machine; chosen: samples of 500 Hz and more are shown at 100 Hz
-_IDLE = 0.05  # s between looks at the jobs while no part is under way
+_IDLE = 0.05  # s; chosen: what is asked between two parts is done at once all the same
 
 
 class Paced:
@@ -34,7 +34,7 @@ class Paced:
         self._rng = generator(rng)
         self._samples = int(getattr(plant, "sample_ticks", 1))
         self._timeout = round(told.timeout * NANOSECONDS)
-        self._course: Course | None = None
+        self._course: PacedPart | None = None
         self._number, self._beats, self._beaten = 0, -1, 0
         self._jobs: queue.SimpleQueue[tuple[Future[None], Callable[..., None], tuple[Any, ...]]] = (
             queue.SimpleQueue()
@@ -129,12 +129,12 @@ class Paced:
             pass
         self._show(course)
 
-    def _watch(self, course: Course, now: int) -> None:
+    def _watch(self, course: PacedPart, now: int) -> None:
         """Make the machine safe when its operator's heartbeat stands still."""
         if now - self._beaten > self._timeout and not course.over:
             course.latch(self._safe, f"no heartbeat for more than {self._told.timeout:g} s", now)
 
-    def _show(self, course: Course) -> None:
+    def _show(self, course: PacedPart) -> None:
         self._shown.show(course.sample(), course.slip / NANOSECONDS)
 
     def _start(self, part: int, seed: str) -> None:
@@ -158,10 +158,10 @@ class Paced:
         machine: Machine = plant.start(rng)
         return machine
 
-    def _begin(self, part: int, machine: Machine) -> Course:
+    def _begin(self, part: int, machine: Machine) -> PacedPart:
         assert self._told.speed is not None
         self._number, self._beats, self._beaten = part, -1, time.monotonic_ns()
-        self._course = Course(part, machine, self._told.tick, self._told.speed, self._samples)
+        self._course = PacedPart(part, machine, self._told.tick, self._told.speed, self._samples)
         return self._course
 
     def _take(self, command: Mapping[str, Any]) -> None:

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from hwsim._live.live import Live
     from hwsim._live.machine import LiveMachine
     from hwsim.opcua._declaration import Declaration
-    from hwsim.opcua._machine import RemoteMachine
 
     pass
 
@@ -76,7 +75,7 @@ class OpcuaPlant:
         need("asyncua", "opcua")
         from hwsim.opcua._foreign import ForeignMachine, read_nodes
         from hwsim.opcua._keys import read_keys
-        from hwsim.opcua._link import Link
+        from hwsim.opcua._link import ClientLink
         from hwsim.opcua._remote import Remote
 
         address = address_of(url)
@@ -85,14 +84,14 @@ class OpcuaPlant:
             raise ValueError(
                 f'security must be a folder of certificates but on a loopback address; got "none" for {url}'
             )
-        self._link = Link(url, keys, _checked_user(user))
+        self._link = ClientLink(url, keys, _checked_user(user))
         self._closing = weakref.finalize(self, self._link.close)
         self._shadow = False
         self._past: tuple[Mapping[str, float], ...] = ()  # outcomes of a series that changes the machine
         try:
             self._link.connect()
             found: Any = ForeignMachine.found(self._link, table) if table else Remote.found(self._link)
-            self._remote: RemoteMachine = self._link.loop.run(found)
+            self._remote: Any = self._link.loop.run(found)
             self._told: Declaration = self._link.loop.run(self._remote.declaration())
             if self._told.speed is None:
                 self._link.patient()
@@ -130,12 +129,12 @@ class OpcuaPlant:
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Start and limits of the machine, for the log; empty where it tells none."""
+        """Start and limits of the machine, in its units, for the log; empty where it tells none."""
         return self._told.description
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine; a controller for another job is refused."""
+        """Part and machine, in their units; a controller for another job is refused."""
         return self._told.job
 
     @property
@@ -150,7 +149,7 @@ class OpcuaPlant:
         return told.plant, told.measures, told.accepts, told.job, told.description, told.tick
 
     def look(self) -> Mapping[str, Any]:
-        """Read every measurement once, without starting a part.
+        """Read every measurement once, in its unit, without starting a part.
 
         Examples
         --------
@@ -202,7 +201,7 @@ class OpcuaPlant:
         return begun(self._remote, self._told, self._paths(), live, period, seed)
 
     def listening(self) -> Self:
-        """Return the machine for a run in shadow: it also measures what its own control commands.
+        """Return the machine for a run in shadow: it also measures its own commands, in their units.
 
         Examples
         --------
@@ -227,7 +226,17 @@ class OpcuaPlant:
         Parameters
         ----------
         outcome : mapping
-            Outcome of the last part.
+            Outcome of the last part, in the plant's units.
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> from sdpgrind import weldbead
+        >>> stand = hwsim.WeldBeadStand(weldbead.preset("P1"))  # a part does not change it
+        >>> with hwsim.serve(stand, "opc.tcp://127.0.0.1:0", speed=None, security="none") as server:
+        ...     machine = hwsim.OpcuaPlant(server.url, security="none")
+        ...     machine.after({"height": 0.0}) is machine
+        True
         """
         if not self._told.changes:
             return self

@@ -11,7 +11,7 @@ from hwsim._live.forwarding import POLL, Forwarding
 from hwsim._live.releases import NANOSECONDS
 from hwsim.opcua._link import reads, writes
 from hwsim.opcua._machine import RemoteMachine
-from hwsim.opcua._sample import Seen
+from hwsim.opcua._sample import ReadSample
 
 BEATS = 4  # signs of life a deadline; source: the issue of live runs
 _FEWEST, _MOST = 0.01, 0.05  # s between two reads; chosen: events are seen within 10 to 50 ms
@@ -28,7 +28,7 @@ class Pulse:
         deadline: float,
         heard: Callable[[], None],
     ) -> None:
-        self.seen: Seen | None = None
+        self.seen: ReadSample | None = None
         self.refusal: Exception | None = None
         self.handed = self.taken = self.wanted = self.served = 0
         self.safe_written = False

@@ -10,9 +10,9 @@ from asyncua import ua
 
 from hwsim._live.live import Live
 from hwsim.opcua._declaration import Declaration
-from hwsim.opcua._link import Link, reads
+from hwsim.opcua._link import ClientLink, reads
 from hwsim.opcua._packing import outcome_of, packed, unpacked
-from hwsim.opcua._sample import Seen, good, number, read_number, spread
+from hwsim.opcua._sample import ReadSample, good, number, read_number, spread
 from hwsim.opcua._space import URI, node_id
 
 _OF_PART: Final = ("Part.sequence", "Part.time", "Part.event", "Part.done")
@@ -29,12 +29,12 @@ _EXCHANGES = 20  # source: the issue of live runs
 class Remote:
     """The nodes of a served machine."""
 
-    def __init__(self, link: Link, namespace: int, plant: str) -> None:
+    def __init__(self, link: ClientLink, namespace: int, plant: str) -> None:
         self.link, self._namespace, self._plant = link, namespace, plant
         self.object = ua.NodeId(plant, namespace)
 
     @classmethod
-    async def found(cls, link: Link) -> "Remote":
+    async def found(cls, link: ClientLink) -> "Remote":
         """Find the machine at a link."""
         try:
             namespace = await link.client.get_namespace_index(URI)
@@ -88,13 +88,13 @@ class Remote:
         """Nodes of one sample: measurements, then what `seen` tells."""
         return [self.node_id(path) for path in (*names.values(), *_OF_PART, *_OF_MACHINE)]
 
-    def seen(self, names: Mapping[str, str], told: Sequence[ua.DataValue], asked: int) -> Seen:
+    def seen(self, names: Mapping[str, str], told: Sequence[ua.DataValue], asked: int) -> ReadSample:
         """Return the sample of a list that was read."""
         measured, rest = told[: len(names)], told[len(names) :]
         reading = {name: read_number(each) for name, each in zip(names, measured, strict=True)}
         values: Any = [None if each.Value is None else each.Value.Value for each in rest]
         bad = sum(not good(each) for each in measured)
-        return Seen._make([reading, *values, asked, spread(measured), bad])
+        return ReadSample._make([reading, *values, asked, spread(measured), bad])
 
     def written(self, command: Mapping[str, Any], beat: int | None) -> dict[ua.NodeId, ua.Variant]:
         """Values of a write list: commands, and the heartbeat unless None."""

@@ -8,7 +8,7 @@ import numpy as np
 from asyncua import ua
 
 
-class Seen(NamedTuple):
+class ReadSample(NamedTuple):
     """A sample as this client read it."""
 
     reading: Mapping[str, Any]

@@ -11,7 +11,7 @@ from hwsim.opcua._live_part import RemotePart
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._pulse import Pulse
-from hwsim.opcua._sample import Seen
+from hwsim.opcua._sample import ReadSample
 
 _LOOK = 0.01  # s; chosen: below the time between two parts
 
@@ -37,7 +37,7 @@ class ShadowPart(RemotePart):
     def _hand(self, command: Mapping[str, Any], now: int) -> None:
         self.taken = True
 
-    def _over(self, seen: Seen) -> bool:
+    def _over(self, seen: ReadSample) -> bool:
         return seen.done or seen.part != self.part
 
     def make_safe(self, reason: str) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
-from hwsim.opcua._course import Sample
+from hwsim.opcua._course import ShownSample
 from hwsim.opcua._produced import Produced
 from hwsim.opcua._sample import plain
 from hwsim.opcua._space import Space
@@ -17,7 +17,7 @@ class Shown:
     def __init__(self, space: Space, produced: Produced) -> None:
         self.produced = produced
         self._space, self._loop = space, asyncio.get_running_loop()
-        self._newest: Sample | None = None
+        self._newest: ShownSample | None = None
         self._order = asyncio.Lock()
         self._part, self._ended = 0, 0
 
@@ -25,7 +25,7 @@ class Shown:
         """Show measurements before the first part; in the server's thread."""
         self._loop.create_task(self._measured(reading, datetime.now(UTC)))
 
-    def show(self, sample: Sample, slip: float) -> None:
+    def show(self, sample: ShownSample, slip: float) -> None:
         """Show a sample; in the thread of the machine."""
         self._newest, self.produced.slip = sample, slip
         self._loop.call_soon_threadsafe(self._begin)
@@ -39,7 +39,7 @@ class Shown:
             if sample is not None:
                 await self._show(sample)
 
-    async def _show(self, sample: Sample) -> None:
+    async def _show(self, sample: ShownSample) -> None:
         now = datetime.now(UTC)
         if sample.part != self._part:
             self._part = sample.part

@@ -209,7 +209,7 @@ class CenteringMachine(Described):
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the commands that are tables."""
+        """Names of the commands that are tables (s, mm/s, mm/s^2)."""
         return ("profile",)
 
     @property

@@ -115,17 +115,17 @@ class FinishingCell(Described):
 
     @property
     def safe(self) -> Mapping[str, float]:
-        """Command without torque (A) and feed, at any moment."""
+        """Command without torque (A) and feed (unit 1), at any moment."""
         return {"current": 0.0, "feed_override": 0.0}
 
     @property
     def ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Least and greatest value of a command (1)."""
+        """Least and greatest value of a command, unit 1."""
         return {"feed_override": (0.0, 1.0)}
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the commands that are tables."""
+        """Names of the commands that are tables (s, rad, mm)."""
         return ("motion",)
 
     @property

@@ -231,12 +231,12 @@ class ForceTableStand(Described):
 
     @property
     def safe(self) -> Mapping[str, float]:
-        """Command that draws the platform back, at any moment."""
+        """Command that draws the platform back, at any moment; unit 1."""
         return {"stop": 1.0}
 
     @property
     def ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Least and greatest value of a command (1)."""
+        """Least and greatest value of a command, unit 1."""
         return {"start": (0.0, 1.0), "stop": (0.0, 1.0)}
 
     @property

@@ -141,7 +141,7 @@ class PlungeGrinder(Described):
 
     @property
     def safe(self) -> Mapping[str, float]:
-        """Command that retracts the wheel, at any moment."""
+        """Command that retracts the wheel, at any moment; unit 1."""
         return {"retract": 1.0}
 
     @property

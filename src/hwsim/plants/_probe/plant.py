@@ -132,12 +132,12 @@ class Probe(Described):
 
     @property
     def safe(self) -> Mapping[str, float]:
-        """Command that ends the measurement, at any moment."""
+        """Command that ends the measurement, at any moment; unit 1."""
         return {"stop": 1.0}
 
     @property
     def ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Least and greatest value of a command (1)."""
+        """Least and greatest value of a command, unit 1."""
         return {"stop": (0.0, 1.0)}
 
     @property

@@ -127,7 +127,7 @@ class WeldBeadStand(Described):
 
     @property
     def safe(self) -> Mapping[str, float]:
-        """Command that lifts the wheel, at any moment."""
+        """Command that lifts the wheel, at any moment; unit 1."""
         return {"stop": 1.0}
 
     @property
