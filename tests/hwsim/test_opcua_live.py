@@ -7,6 +7,7 @@ import asyncio
 import threading
 import time
 from math import nan
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -15,6 +16,10 @@ from opcua_fakes import Axis, Cable, Drive, live, served
 
 import hwsim
 import sdpgrind
+from hwsim._live.forwarding import Forwarding
+from hwsim.opcua._live_part import Watch
+from hwsim.opcua._pauses import Pauses
+from hwsim.opcua._sample import ReadSample
 from hwsim.opcua._space import URI
 
 
@@ -235,6 +240,63 @@ def test_a_cut_link_ends_the_part_and_the_machine_makes_itself_safe():
         ]  # a fresh session
         plant.close()
         cable.close()
+
+
+class Unlucky(Drive):
+    """Its machine is switched off within its first part."""
+
+    identity = "unlucky"  # for the journal, which would walk through the server
+    switch: ClassVar = []
+
+    def step(self, **measured):
+        if self.switch and self.steps == 5:
+            self.switch.pop()()
+        return super().step(**measured)
+
+
+def test_after_a_lost_server_the_journal_goes_on_with_the_next_part(tmp_path):
+    axis, run = Axis(), {"parts": 3, "journal": tmp_path / "shift.db"}
+    server = served(axis)
+    url, plant = server.url, behind(server)
+    Unlucky.switch.append(server.stop)
+    with pytest.raises(hwsim.Aborted, match=r"the link to .* was cut"):
+        hwsim.run(plant, Unlucky(), live=live(), **run)
+    with hwsim.serve(axis, url, security="none") as again:
+        log = hwsim.run(plant, Unlucky(), live=live(), **run)
+        assert again.state["parts"] == 2
+    assert log.outcome.aborted.values.tolist() == [1.0, 0.0, 0.0] and len(set(log.outcome.begun.values)) == 3
+    plant.close()
+
+
+def watched(**options):
+    control, forwarding = live(**options), Forwarding({"stop": 1.0}, 10**8, 0)
+    return Watch(control, 0.02, forwarding, Pauses(None, control, 0)), forwarding, control
+
+
+def sample(**changes):
+    plain = {"reading": {}, "sequence": 5, "time": 0.0, "event": 0, "done": False, "part": 1, "aborts": 0,
+             "aborted": "", "stops": 0, "paused": False, "at": 0, "spread": 0.0, "bad": 0}  # fmt: skip
+    return ReadSample(**{**plain, **changes})
+
+
+@pytest.mark.parametrize(
+    ("next_one", "reason"),
+    [
+        (sample(at=400_000_000), "measurements are stale: no new sample for more than 0.3 s"),
+        (sample(sequence=4), "the machine was restarted: the sequence of its samples went back"),
+        (sample(sequence=6, spread=0.4), "measurements are stale: those of one list are 0.4 s apart"),
+        (sample(aborts=1, aborted="no heartbeat"), "the machine made itself safe: no heartbeat"),
+        (sample(part=2), "the machine made itself safe: part 2 was begun on it"),
+        (sample(sequence=6, at=400_000_000), None),
+        (sample(at=200_000_000), None),
+    ],
+)
+def test_samples_that_tell_of_a_fault(next_one, reason):
+    watch, forwarding, _ = watched(stale=0.3)
+    watch.look(sample())
+    watch.look(next_one)
+    forwarding.poll(1)
+    assert (forwarding.trip.reason if forwarding.trip else None) == reason
 
 
 class Still(Axis):

@@ -75,9 +75,9 @@ class House:
         gc.freeze()  # a full collection walks through 100 000 nodes of the standard: half a second of silence
 
     def _driven(self, space: Space) -> Driver:
-        if self.told.speed is None:
-            return Lockstep(self._plant, self.produced)
         shown = Shown(space, self.produced)
+        if self.told.speed is None:
+            return Lockstep(self._plant, shown)
         if self._controller is not None:
             return OwnControl(self._plant, self.told, shown, self._rng, self._controller)
         return Paced(self._plant, self.told, shown, self._rng)

@@ -1,19 +1,23 @@
 """A part in lockstep: it advances when it is told to, bit-equal to a part of `hwsim.run`."""
 
+import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hwsim.opcua._driver import Answer, Refused
 from hwsim.opcua._packing import given, packed, seeded
-from hwsim.opcua._produced import Produced
+from hwsim.opcua._shown import Shown
 from hwsim.protocols import FOREVER, Machine, Plant
+
+_SHOWN = 0.1  # s between measurements on show; chosen: enough for a screen, and a step costs no more
 
 
 class Lockstep:
     """The parts of a plant in lockstep, one after the other (`Driver`)."""
 
-    def __init__(self, plant: Plant, produced: Produced) -> None:
-        self._plant, self._produced = plant, produced
+    def __init__(self, plant: Plant, shown: Shown) -> None:
+        self._plant, self._shown, self._produced = plant, shown, shown.produced
+        self._shown_at = 0.0
         self._machine: Machine | None = None
         self._measures, self._accepts = tuple(plant.measures), tuple(plant.accepts)
 
@@ -42,6 +46,9 @@ class Lockstep:
             reading = machine.step(given(self._accepts, values), ticks)
         except Exception as error:
             return [], machine.time, machine.event, machine.done, str(error)
+        if machine.done or time.monotonic() - self._shown_at > _SHOWN:
+            self._shown_at = time.monotonic()
+            self._shown.reading(reading)
         if machine.done:
             await self._produced.finished(machine.outcome())
         return packed(self._measures, reading), machine.time, machine.event, machine.done, ""
