@@ -76,10 +76,10 @@ def loop(seconds):
         ),
         (
             lambda: {"velocity": 50.0},
-            "ValueError: the machine refused {'velocity': 50.0}: BadOutOfRange",
+            "ValueError: velocity must be in [-10, 10] (mm/s); got 50.0",
             "runner",
         ),
-        (lambda: {"velocity": np.array([1.0, nan])}, "velocity must be a finite number", "link"),
+        (lambda: {"stop": np.array([1.0, nan])}, "stop must be a finite number", "link"),
         (lambda: time.sleep(0.4) or {}, "no sign of the controller for more than 100 ms", "link"),
         (lambda: loop(0.4), "no sign of the controller for more than 100 ms", "link"),
         (lambda: (_ for _ in ()).throw(KeyboardInterrupt), "KeyboardInterrupt", "runner"),
@@ -402,6 +402,13 @@ def test_two_servers_at_one_port(axis):
 def test_no_server():
     with pytest.raises(ConnectionError, match=r"no session at opc.tcp://127.0.0.1:9"):
         hwsim.OpcuaPlant("opc.tcp://127.0.0.1:9", security="none")
+
+
+def test_a_command_that_ends_the_part_is_told(axis):
+    with served(axis) as server:
+        log = hwsim.run(behind(server), Drive(lambda: {"stop": 1.0}, at=4), parts=2, live=live())
+        assert server.state["parts"] == 2
+    assert log.outcome.stopped.values.tolist() == [1.0, 1.0] == (1.0 - log.outcome.aborted.values).tolist()
 
 
 def test_shadow_writes_nothing_and_logs_both_commands():

@@ -13,11 +13,11 @@ from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._driver import Driver, Refused
 from hwsim.opcua._keys import ServerKeys
 from hwsim.opcua._produced import Produced
+from hwsim.opcua._sample import widened
 from hwsim.opcua._sessions import Session
 from hwsim.opcua._space import Space
 
 _LONGEST = 1000  # nodes a call; chosen: far above any plant
-_ROUNDING = 1e-9  # relative; chosen: what the plants allow
 _SESSIONS = 16  # chosen: a controller, screens and recorders
 _FAILED, _MINUTE = 5, 60.0  # logins of an address, s; chosen: a person mistypes less, a program tries more
 _log = logging.getLogger(__name__)
@@ -237,12 +237,6 @@ async def _answered(work: Awaitable[None]) -> list[ua.Variant]:
     except Refused as error:
         return [ua.Variant(str(error), _TEXT)]
     return [ua.Variant("", _TEXT)]
-
-
-def widened(ends: tuple[float, float]) -> tuple[float, float]:
-    """A range with room for the rounding of commands on its ends."""
-    room = _ROUNDING * max(abs(end) for end in ends if isfinite(end)) if isfinite(sum(ends)) else 0.0
-    return ends[0] - room, ends[1] + room
 
 
 def may_operate(session: Session) -> bool:

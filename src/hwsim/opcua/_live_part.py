@@ -19,7 +19,7 @@ from hwsim.opcua._link import ANSWER
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._pulse import BEATS, Pulse
-from hwsim.opcua._sample import ReadSample
+from hwsim.opcua._sample import ReadSample, within
 
 _STALE = 0.5  # s; measured: a computer with 5 tasks a core pauses for 0.24 s; samples come each 10 ms
 _PERIODS = 2  # source: the issue of live runs
@@ -104,7 +104,10 @@ class RemotePart:
         return reading
 
     def _hand(self, command: Mapping[str, Any], now: int) -> None:
-        """Hand over a command and wait until the machine has taken it."""
+        """Hand over a command and wait until the machine has taken it; outside its range it is not sent."""
+        for name, value in command.items():
+            if name in self._told.ranges:
+                within(name, value, self._told.ranges[name], self._told.accepts[name])
         self._forwarding.hand(command, now)
         self._pulse.handed += 1
         number = self._pulse.handed

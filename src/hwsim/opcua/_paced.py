@@ -174,6 +174,8 @@ class Paced:
         except Refused:
             self._show(course)  # first: who is refused looks whether the part is finished
             raise
+        if course.over:
+            self._show(course)
 
     def _latch(self, reason: str) -> None:
         if self._course is not None and not self._course.over:

@@ -1,11 +1,15 @@
 """A sample of a machine as its client reads it, and values on their way to and from OPC UA."""
 
 from collections.abc import Mapping, Sequence
-from math import nan
+from math import isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
 from asyncua import ua
+
+from sdpgrind.base import checks
+
+_ROUNDING = 1e-9  # relative; chosen: what the plants allow
 
 
 class ReadSample(NamedTuple):
@@ -53,3 +57,17 @@ def number(value: Any) -> ua.Variant:
     """A command as a value of OPC UA."""
     told = plain(value)
     return ua.Variant(told, ua.VariantType.Double, is_array=isinstance(told, list))
+
+
+def widened(ends: tuple[float, float]) -> tuple[float, float]:
+    """A range with room for the rounding of commands on its ends."""
+    room = _ROUNDING * max(abs(end) for end in ends) if isfinite(sum(ends)) else 0.0
+    return ends[0] - room, ends[1] + room
+
+
+def within(name: str, value: Any, ends: tuple[float, float], unit: str) -> None:
+    """Refuse a command outside its range."""
+    low, high = widened(ends)
+    numbers = np.asarray(value, dtype=float)
+    if numbers.size and not (low <= numbers.min() and numbers.max() <= high):
+        raise checks.refuse(name, f"in [{ends[0]:g}, {ends[1]:g}]", value, unit)
