@@ -19,7 +19,8 @@ import sdpgrind
 from hwsim._live.forwarding import Forwarding
 from hwsim.opcua._live_part import Watch
 from hwsim.opcua._pauses import Pauses
-from hwsim.opcua._sample import ReadSample
+from hwsim.opcua._remote import Remote
+from hwsim.opcua._sample import ReadSample, read_number
 from hwsim.opcua._space import URI
 
 
@@ -427,3 +428,12 @@ def test_shadow_writes_nothing_and_logs_both_commands():
     assert log.outcome.aborted.values.tolist() == [0.0] and log.outcome.stopped.values.tolist() == [0.0]
     assert hwsim.run(hwsim.Recording(log), Drive()).outcome.same.values.tolist() == [1.0]
     assert all(not command.get("stop") for _, command in axis.told)
+
+
+def test_a_quality_that_is_not_good_is_nan_and_counted():
+    poor = ua.DataValue(ua.Variant(1.0), StatusCode=ua.StatusCode(ua.StatusCodes.UncertainLastUsableValue))
+    assert np.isnan(read_number(poor)) and read_number(ua.DataValue(ua.Variant(1.0))) == 1.0
+    remote = Remote(None, 2, "Axis")
+    plain = [ua.DataValue(ua.Variant(value)) for value in (7, 0.5, 0, False, 1, 0, "", 0, False)]
+    seen = remote.seen({"place": "Monitoring.place"}, [poor, *plain], 11)
+    assert seen.bad == 1 and seen.sequence == 7 and seen.at == 11 and np.isnan(seen.reading["place"])

@@ -205,8 +205,10 @@ class FrontDesk:
         return []
 
     async def _abort(self, reason: Any) -> list[ua.Variant]:
+        said = str(reason or "asked by the operator of the machine")
+        self._produced.asked = said
+        await self._driver.abort(said)
         await self._produced.stopped()
-        await self._driver.abort(str(reason or "asked by the operator of the machine"))
         return []
 
     async def _reset(self) -> list[ua.Variant]:

@@ -52,7 +52,8 @@ class RemotePart:
         self._pulse = remote.link.loop.run(self._begun(names))
 
     async def _begun(self, names: Mapping[str, str]) -> Pulse:
-        return Pulse(self._remote, names, self._forwarding, self._live.deadline, self._heard)
+        deadline, events = self._live.deadline, self._period is None
+        return Pulse(self._remote, names, self._forwarding, deadline, events, self._heard)
 
     def _wall(self, period: int | None) -> float:
         """Period in wall time, s; 0: events."""

@@ -17,6 +17,7 @@ class Produced:
 
     def __init__(self, space: Space) -> None:
         self.part, self.parts, self.aborts, self.stops = 0, 0, 0, 0
+        self.asked = ""  # why an operator asks for an abort
         self.reason = ""  # why the last part was aborted
         self.slip = 0.0  # s by which the time of the machine lags behind
         self._space, self._paused = space, False
@@ -41,6 +42,7 @@ class Produced:
         self.aborts += 1
         self.reason = reason
         await self._ended(outcome, 1.0)
+        await self.stopped()
         await self._show(aborted=reason, aborts=self.aborts)
         await self._space.show("MachineryItemState", "OutOfService")
 
@@ -53,9 +55,10 @@ class Produced:
         await self._space.show("MachineryItemState", "NotExecuting")
 
     async def stopped(self) -> None:
-        """Tell that an operator asked for an abort."""
-        self.stops += 1
-        await self._show(stops=self.stops)
+        """Tell that an operator asked for an abort, unless it was told with the part that was aborted."""
+        if self.asked:
+            self.stops, said, self.asked = self.stops + 1, self.asked, ""
+            await self._show(stops=self.stops, aborted=said)
 
     async def hold(self, paused: bool) -> None:
         """Tell that no part is begun, or that the machine goes on."""

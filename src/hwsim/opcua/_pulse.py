@@ -14,7 +14,7 @@ from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._sample import ReadSample
 
 BEATS = 4  # signs of life a deadline; source: the issue of live runs
-_FEWEST, _MOST = 0.01, 0.05  # s between two reads; chosen: events are seen within 10 to 50 ms
+_FEWEST, _MOST = 0.01, 0.05  # s between two reads; chosen: events and aborts are seen within 10 to 50 ms
 
 
 class Pulse:
@@ -26,6 +26,7 @@ class Pulse:
         names: Mapping[str, str],
         forwarding: Forwarding,
         deadline: float,
+        events: bool,
         heard: Callable[[], None],
     ) -> None:
         self.seen: ReadSample | None = None
@@ -35,7 +36,7 @@ class Pulse:
         self.bad = 0
         self._remote, self._forwarding, self._heard = remote, forwarding, heard
         self._beat_every = round(deadline / BEATS * NANOSECONDS)
-        self._read_every = min(max(deadline / 2, _FEWEST), _MOST)
+        self._read_every = min(max(deadline / 2, _FEWEST), _MOST) if events else _MOST
         self._names = names
         self._list = reads(remote.nodes(names))
         self._count, self._due = 0, 0

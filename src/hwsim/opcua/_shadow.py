@@ -27,7 +27,8 @@ class ShadowPart(RemotePart):
     """A part that is only listened to."""
 
     async def _begun(self, names: Mapping[str, str]) -> Pulse:
-        return Listener(self._remote, names, self._forwarding, self._live.deadline, self._heard)
+        deadline, events = self._live.deadline, self._period is None
+        return Listener(self._remote, names, self._forwarding, deadline, events, self._heard)
 
     def _heard(self) -> None:
         if self._live.reason is not None:
