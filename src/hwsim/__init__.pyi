@@ -1,4 +1,5 @@
 from . import devices as devices
+from . import opcua as opcua
 from . import protocols as protocols
 from ._link.courier import Courier as Courier
 from ._link.links import Link as Link
@@ -21,6 +22,8 @@ from ._processor.tasks import Task as Task
 from ._replay.recording import Recording as Recording
 from ._study.study import FinishingStudy as FinishingStudy
 from ._study.study import finishing_study as finishing_study
+from .opcua._plant import OpcuaPlant as OpcuaPlant
+from .opcua._serve import serve as serve
 from .plants._centering.plant import CenteringMachine as CenteringMachine
 from .plants._finishing.plant import CellScatter as CellScatter
 from .plants._finishing.plant import CellTruth as CellTruth

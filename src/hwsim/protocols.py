@@ -35,6 +35,12 @@ plant      ``with_tick(tick)`` returns the same plant with another tick (s), for
                                any time
 plant      ``after(outcome)``  returns the plant of the next part of a series, from the outcome of the last
                                part (a duller wheel); parts then run one after the other
+plant      ``safe``            mapping of the command that makes the machine safe at any moment: {"stop": 1.0}
+plant      ``ranges``          mapping of commands -> (least, greatest) that the machine takes, in their units
+plant      ``sample_ticks``    ticks between two samples of the machine's own computer, which takes commands
+                               only then (default 1)
+plant      ``tables``          names of the commands that are tables (motions)
+plant      ``look()``          returns every measurement of a machine that must not be started to be checked
 machine    ``whole(...)``      given the controller, returns the tables of the whole part at once where both
                                have compiled cores, bit-equal to the loop, and is done; None otherwise
 ========== =================== ===============================================================================

@@ -44,6 +44,7 @@ PACKAGES = (
     "centering.setup",
     "hwsim",
     "hwsim.devices",
+    "hwsim.opcua",
     "hwsim.protocols",
 )
 """Public packages. `test_every_public_package_is_here` keeps the list whole."""

@@ -149,7 +149,7 @@ THEMES = {
     ),
     "hwsim": (
         "protocols", "devices", "_part", "io", "_log", "_processor", "_live", "_loop", "_replay", "_link", "plants", "_study", "_report",
-        "command", "cli",
+        "command", "opcua", "cli",
         "__main__",
     ),
 }  # fmt: skip
@@ -308,7 +308,9 @@ def test_trespasses_are_found():
     assert owner("sdpgrind.__version__") is None
 
 
-HEAVY = ("numba", "xarray", "matplotlib", "scipy", "pandas", "distributed", "jinja2", "h5py", "nptdms")
+HEAVY = (
+    "numba", "xarray", "matplotlib", "scipy", "pandas", "distributed", "jinja2", "h5py", "nptdms", "asyncua", "cryptography",
+)  # fmt: skip
 
 
 def _loaded(statement):

@@ -45,6 +45,10 @@ class Forwarding:
         """Ask for the safe command; the first reason counts."""
         self._asked = self._asked or (reason, by)
 
+    def told(self, reason: str, by: str, now: int) -> None:
+        """Note that the machine was made safe without this link: nothing is written any more."""
+        self.trip = self.trip or Trip(reason, by, (now - self._life) / 1e9)
+
     def refused(self, error: Exception) -> None:
         """Note that the machine did not take the safe command."""
         assert self.trip is not None

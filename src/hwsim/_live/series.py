@@ -5,7 +5,7 @@ import gc
 import signal
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from types import FrameType
 from typing import Any
@@ -85,11 +85,30 @@ def _aborting(live: Live) -> Any:
 
 
 def rehearse(plant: Plant, controller: Controller, clock: Clock) -> None:
-    """Try the first step of a simulated part on copies: machine code is loaded before the clock counts."""
+    """Try the first step of a part on copies: machine code is loaded before the clock counts."""
+    own = copy.deepcopy(controller)
+    own.reset()
     if not hasattr(plant, "start_live"):
-        own = copy.deepcopy(controller)
-        own.reset()
         PartLoop(plant, plant.start(np.random.default_rng(0)), own, clock).try_first_step()
+    elif hasattr(plant, "look"):
+        with suppress(Exception):  # of readings between two parts, which no part begins with
+            PartLoop(plant, _Looked(plant), own, clock).try_first_step()
+
+
+class _Looked:
+    """A machine that is only measured."""
+
+    time, done, event = 0, False, False
+
+    def __init__(self, plant: Any) -> None:
+        self._plant = plant
+
+    def step(self, command: Mapping[str, Any], ticks: int) -> Mapping[str, Any]:
+        reading: Mapping[str, Any] = self._plant.look()
+        return reading
+
+    def outcome(self) -> Mapping[str, Any]:
+        return {}
 
 
 def run_live(

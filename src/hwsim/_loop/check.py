@@ -63,7 +63,7 @@ def check(plant: Plant, controller: Controller) -> CheckReport:
     Parameters
     ----------
     plant : Plant
-        The machine. It is started (with seed 0) and measured; nothing is commanded.
+        The machine. It is started (with seed 0) and measured, a real one only measured; nothing is commanded.
     controller : Controller
         The controller; it is not stepped.
 
@@ -244,7 +244,13 @@ def _clock(plant: Plant, controller: Controller) -> Clock:
 
 
 def _first_moments(plant: Plant) -> list[str]:
-    """Faults of a part that is started and measured: names, repeatability, copies."""
+    """Faults of a part that is started and measured: names, repeatability, copies.
+
+    A plant with ``look`` is a machine that must not be started to be checked.
+    """
+    look = getattr(plant, "look", None)
+    if look is not None:
+        return list(_unannounced(plant, look()))
     machine = plant.start(np.random.default_rng(0))
     missing = _lacks("machine", machine, Machine)
     return missing or list(_measured(plant, machine))
@@ -252,9 +258,7 @@ def _first_moments(plant: Plant) -> list[str]:
 
 def _measured(plant: Plant, machine: Machine) -> Iterator[str]:
     reading = machine.step({}, 0)
-    for name in reading:
-        if name not in plant.measures:
-            yield f"machine measures {name}, which the plant does not announce in measures"
+    yield from _unannounced(plant, reading)
     if machine.time != 0:
         yield f"machine must be at time 0 when it is started and measured; its time is {machine.time}"
     again = plant.start(np.random.default_rng(0)).step({}, 0)
@@ -262,6 +266,12 @@ def _measured(plant: Plant, machine: Machine) -> Iterator[str]:
         yield "plant measures differently when it is started twice with equal rng: something else is random"
     if not _equal(reading, copy.deepcopy(machine).step({}, 0)):
         yield "a copy of the machine measures differently from the machine"
+
+
+def _unannounced(plant: Plant, reading: Mapping[str, Any]) -> Iterator[str]:
+    for name in reading:
+        if name not in plant.measures:
+            yield f"machine measures {name}, which the plant does not announce in measures"
 
 
 def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

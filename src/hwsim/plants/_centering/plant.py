@@ -192,6 +192,32 @@ class CenteringMachine(Described):
         return {**motion, "retract": "", **table, "finished": ""}
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """Command that stops table (rad/s) and slide (mm/s) and withdraws the slide, at any moment."""
+        return {"velocity": 0.0, "spindle_speed": 0.0, "retract": 1.0}
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest value of a command (rad/s, rad/s^2); the velocity is clipped instead."""
+        limits = self.problem.limits
+        return {
+            "spindle_speed": (0.0, float(limits.spindle_speed_max)),
+            "spindle_acceleration": (0.0, float(limits.spindle_acceleration_max)),
+            "retract": (0.0, 1.0),
+            "finished": (0.0, 1.0),
+        }
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the commands that are tables (s, mm/s, mm/s^2)."""
+        return ("profile",)
+
+    @property
+    def sample_ticks(self) -> int:
+        """Ticks between two samples of the computer's task ``control``."""
+        return self._control_ticks
+
+    @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit of the outcomes, with the dimension of those by push."""
         ends = dict.fromkeys(("said_finished", "finished", "timed_out", "slipped", "lost", "collisions"), "")

@@ -114,6 +114,21 @@ class FinishingCell(Described):
         return {"current": "A", "feed_override": "", "motion": ""}
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """Command without torque (A) and feed (unit 1), at any moment."""
+        return {"current": 0.0, "feed_override": 0.0}
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest value of a command, unit 1."""
+        return {"feed_override": (0.0, 1.0)}
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the commands that are tables (s, rad, mm)."""
+        return ("motion",)
+
+    @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit of the outcomes, with the dimension of those by sample."""
         force = {f"normal_force{end}": "N" for end in ("", "_sd", "_min", "_max")}

@@ -230,6 +230,16 @@ class ForceTableStand(Described):
         return {"start": "", "feed_rate": "mm/s", "start_x": "mm", "platform_command": "mm", "stop": ""}
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """Command that draws the platform back, at any moment; unit 1."""
+        return {"stop": 1.0}
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest value of a command, unit 1."""
+        return {"start": (0.0, 1.0), "stop": (0.0, 1.0)}
+
+    @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit (and dimension of arrays) of the outcomes."""
         scalars = {

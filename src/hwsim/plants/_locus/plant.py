@@ -210,6 +210,17 @@ class AdaptiveGrinder(Described):
         return {**always, **self._lead} if self._dresses else always
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """Command that stops the infeed (mm/s), at any moment."""
+        return {"infeed_rate": 0.0}
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest value of a command (mm/s, rad/s)."""
+        most, low, high = self._ranges
+        return {"infeed_rate": (0.0, most), "work_rotation": (low, high)}
+
+    @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit of the outcomes, with the dimension of those by sample."""
         part = {

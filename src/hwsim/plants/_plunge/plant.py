@@ -140,6 +140,17 @@ class PlungeGrinder(Described):
         return {"command_rate": "mm/s", "balancing": "", "retract": ""}
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """Command that retracts the wheel, at any moment; unit 1."""
+        return {"retract": 1.0}
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest value of a command (mm/s)."""
+        most = float(self.problem.command_rate_max)
+        return {"command_rate": (0.0, most), "balancing": (0.0, 1.0), "retract": (0.0, 1.0)}
+
+    @property
     def outcomes(self) -> Mapping[str, str]:
         """Name -> unit of the outcomes."""
         lengths = {

@@ -131,6 +131,16 @@ class Probe(Described):
         return {"spindle_speed": units_of(Probe)["spindle_speed"], "stop": ""}
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """Command that ends the measurement, at any moment; unit 1."""
+        return {"stop": 1.0}
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest value of a command, unit 1."""
+        return {"stop": (0.0, 1.0)}
+
+    @property
     def outcomes(self) -> Mapping[str, str]:
         """Name -> unit of the outcomes."""
         true = dict.fromkeys(("radius", "center_x", "center_y", "offset", "roundness"), "mm")

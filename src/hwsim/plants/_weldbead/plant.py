@@ -126,6 +126,16 @@ class WeldBeadStand(Described):
         return {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""}
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """Command that lifts the wheel, at any moment; unit 1."""
+        return {"stop": 1.0}
+
+    @property
+    def ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Least and greatest value of a command (N)."""
+        return {"normal_force": (0.0, float(self.problem.force_max)), "stop": (0.0, 1.0)}
+
+    @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit (and dimension of arrays) of the outcomes."""
         own = units_of(type(self))

@@ -1,0 +1,8 @@
+"""Machines behind OPC UA: a simulated plant as a server, a machine as a plant, and the keys of both.
+
+Needs ``pip install 'sdpgrind[opcua]'``.
+"""
+
+from sdpgrind.base import faces
+
+__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)

@@ -1,0 +1,62 @@
+"""Beginning of a live part: what is refused before anything moves, pauses, a session where there is none."""
+
+from collections.abc import Mapping
+
+from hwsim._live.live import Live
+from hwsim._live.machine import LiveMachine
+from hwsim.opcua._declaration import Declaration
+from hwsim.opcua._live_part import RemotePart
+from hwsim.opcua._machine import RemoteMachine
+from hwsim.opcua._pauses import Pauses
+from hwsim.opcua._shadow import followed
+from sdpgrind.base import checks
+
+_EXCHANGES = 3  # round trips that a deadline must be longer than; source: the issue of live runs
+
+
+def begun(
+    remote: RemoteMachine,
+    told: Declaration,
+    names: Mapping[str, str],
+    live: Live,
+    period: int | None,
+    seed: str,
+) -> LiveMachine:
+    """Start a part on a machine with its own time, or follow one in shadow."""
+    link = remote.link
+    if told.speed is None:
+        raise ValueError(f"live must be None: the machine at {link.url} is in lockstep and has no clock")
+    remote.check(told, live, period)
+    check_safe(told, live)
+    if not link.alive:
+        link.reconnect()
+        again = link.loop.run(remote.declaration())
+        if again != told:
+            raise ValueError(f"the machine at {link.url} is another one than before the link was cut")
+    _, stops, _ = link.loop.run(remote.operator())
+    pauses = Pauses(remote, live, stops)
+    if live.shadow:
+        return followed(remote, told, names, live, period, pauses)
+    check_deadline(remote, live)
+    link.loop.run(pauses.begin())
+    live.wait_while_paused(live.part)
+    part = link.loop.run(remote.last_part()) + 1
+    link.loop.run(remote.start(part, seed))
+    return RemotePart(remote, told, names, live, period, part, pauses)
+
+
+def check_safe(told: Declaration, live: Live) -> None:
+    """Refuse a safe command outside the ranges of the machine."""
+    for name, value in live.safe.items():
+        low, high = told.ranges.get(name, (value, value))
+        checks.within(f"safe[{name!r}]", value, low, high, told.accepts[name])
+
+
+def check_deadline(remote: RemoteMachine, live: Live) -> None:
+    """Refuse a deadline that the link cannot keep."""
+    trip = remote.link.loop.run(remote.round_trip())
+    if live.deadline <= _EXCHANGES * trip:
+        raise ValueError(
+            f"deadline must be > {_EXCHANGES} round trips of {1e3 * trip:.3g} ms to {remote.link.url} (s); "
+            f"got {live.deadline:g}"
+        )

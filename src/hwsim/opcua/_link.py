@@ -1,0 +1,192 @@
+"""The session of a client: lists of values in one message each, methods, a fresh session after a cut."""
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from asyncua import Client, Node, ua
+from asyncua.client.ua_client import UaClientState
+from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
+from cryptography import x509
+
+from hwsim.opcua._address import address_of
+from hwsim.opcua._keys import Keys
+from hwsim.opcua._thread import LoopThread
+
+logging.getLogger("asyncua").addHandler(logging.NullHandler())  # else its warnings go to stderr
+CONNECTING, CLOSING = 10.0, 1.0  # s; chosen: a login takes 0.1 s, a dead peer never answers
+GONE = 600_000  # ms; chosen: the longest that asyncua grants; a served machine revises it
+ANSWER, STEP = 2.0, 600.0  # s; chosen: an answer takes milliseconds, a step in lockstep may compile first
+_WAITS = (0.1, 0.2, 0.4, 0.8, 1.6, *(2.0,) * 12)  # s between attempts; source: the issue of this client
+_FAULTS = (OSError, asyncio.TimeoutError, ua.UaError)
+
+
+class ClientLink:
+    """One session after the other at one URL; its event loop has a thread of its own."""
+
+    def __init__(self, url: str, keys: Keys | None, user: tuple[str, str] | None) -> None:
+        self.url = address_of(url).url
+        self.loop = LoopThread("hwsim link")
+        self._keys, self._user = keys, user
+        self._client: Client | None = None
+        self._answer = ANSWER
+
+    @property
+    def alive(self) -> bool:
+        """Whether the session is there."""
+        return self._client is not None and self._client.state is UaClientState.CONNECTED
+
+    def patient(self) -> None:
+        """Wait long for answers, as of a machine in lockstep; from the next session on."""
+        self._answer = STEP
+
+    def connect(self) -> None:
+        """Begin a fresh session."""
+        self.loop.run(self._connect())
+
+    def reconnect(self) -> None:
+        """Begin a fresh session unless there is one; try again at 0.1, 0.2, 0.4 ... 2 s."""
+        if not self.alive:
+            self.loop.run(self._reconnect())
+
+    async def _reconnect(self) -> None:
+        for wait in _WAITS:
+            with contextlib.suppress(ConnectionError):
+                await self._connect()
+                return
+            await asyncio.sleep(wait)
+        await self._connect()
+
+    async def _connect(self) -> None:
+        await self.leave()
+        client = Client(self.url, timeout=self._answer, watchdog_intervall=self._answer)
+        client.name = client.description = "hwsim"
+        client.session_timeout = GONE
+        try:
+            if self._keys is not None:
+                await asyncio.wait_for(self._secure(client, self._keys), CONNECTING)
+            if self._user is not None:
+                client.set_user(self._user[0])
+                client.set_password(self._user[1])
+            await asyncio.wait_for(client.connect(), CONNECTING)
+        except PermissionError:  # a server that is not trusted
+            raise
+        except (ua.uaerrors.BadUserAccessDenied, ua.uaerrors.BadIdentityTokenRejected):
+            raise PermissionError(f"user must be one that {self.url} knows, with its password") from None
+        except ua.uaerrors.BadCertificateUntrusted:
+            raise PermissionError(f"{self.url} does not trust certificate.der of {self._folder}") from None
+        except ua.UaError as error:
+            if "No matching" in str(error) and self._keys is None:
+                raise PermissionError(
+                    f"security must be a folder of certificates: {self.url} encrypts"
+                ) from None
+            raise ConnectionError(f"no session at {self.url}: {_text(error)}") from None
+        except _FAULTS as error:
+            raise ConnectionError(f"no session at {self.url}: {_text(error)}") from None
+        self._client = client
+
+    @property
+    def _folder(self) -> Any:
+        return "security" if self._keys is None else self._keys.own.folder
+
+    async def _secure(self, client: Client, keys: Keys) -> None:
+        """Encrypt, with the certificate that the server shows and the folder trusts."""
+        shown = await Client(self.url, timeout=self._answer).connect_and_get_server_endpoints()
+        mode = ua.MessageSecurityMode.SignAndEncrypt
+        endpoint = Client.find_endpoint(shown, mode, SecurityPolicyBasic256Sha256.URI)
+        told = endpoint.ServerCertificate
+        if said := keys.refusal(told):
+            raise PermissionError(f"the server at {self.url} is not trusted: {said}")
+        assert told is not None
+        peer = x509.load_der_x509_certificate(told)
+        client.application_uri = keys.own.uri
+        client.security_policy = SecurityPolicyBasic256Sha256(peer, keys.own.certificate, keys.own.key, mode)
+        client.uaclient.set_security(client.security_policy)
+
+    async def leave(self) -> None:
+        """End the session; a dead peer is not waited for."""
+        client, self._client = self._client, None
+        if client is None:
+            return
+        try:
+            await asyncio.wait_for(client.disconnect(), CLOSING)
+        except _FAULTS:
+            client.disconnect_socket()
+
+    def close(self) -> None:
+        """End session and thread."""
+        if not self.loop.loop.is_closed():
+            self.loop.run(self.leave(), 2 * CLOSING)
+            self.loop.stop()
+
+    @property
+    def client(self) -> Client:
+        """The session; ConnectionError when it was cut."""
+        if self._client is None:
+            raise self.cut()
+        return self._client
+
+    def cut(self) -> ConnectionError:
+        """Error of a cut link."""
+        return ConnectionError(f"the link to {self.url} was cut")
+
+    async def read(self, parameters: ua.ReadParameters) -> list[ua.DataValue]:
+        """Read a list of values in one message."""
+        try:
+            told: list[ua.DataValue] = await self.client.uaclient.session.read(parameters)
+            return told
+        except _FAULTS as error:
+            raise self.cut() from error
+
+    async def write(self, parameters: ua.WriteParameters) -> list[ua.StatusCode]:
+        """Write a list of values in one message."""
+        try:
+            states: list[ua.StatusCode] = await self.client.uaclient.session.write(parameters)
+            return states
+        except _FAULTS as error:
+            raise self.cut() from error
+
+    async def call(self, above: ua.NodeId, method: ua.NodeId, *arguments: ua.Variant) -> list[Any]:
+        """Call a method and return its results."""
+        request = ua.CallMethodRequest(ObjectId=above, MethodId=method, InputArguments=list(arguments))
+        try:
+            result = (await self.client.uaclient.session.call([request]))[0]
+        except _FAULTS as error:
+            raise self.cut() from error
+        if result.StatusCode.value == ua.StatusCodes.BadUserAccessDenied:
+            raise PermissionError(self._refused())
+        result.StatusCode.check()
+        return [each.Value for each in result.OutputArguments or ()]
+
+    def _refused(self) -> str:
+        """Why this session may not command."""
+        if self._user is not None and self._user[0] == "observer":
+            return f"user must be the operator to command {self.url}; got 'observer'"
+        return f"{self.url} is commanded by another session; one operator at a time"
+
+    def node(self, node: ua.NodeId) -> Node:
+        """Return a node of the session."""
+        return self.client.get_node(node)
+
+
+def reads(nodes: Sequence[ua.NodeId]) -> ua.ReadParameters:
+    """A list of values to read."""
+    return ua.ReadParameters(
+        NodesToRead=[ua.ReadValueId(NodeId=node, AttributeId=ua.AttributeIds.Value) for node in nodes]
+    )
+
+
+def writes(values: Mapping[ua.NodeId, ua.Variant]) -> ua.WriteParameters:
+    """A list of values to write."""
+    return ua.WriteParameters(
+        NodesToWrite=[
+            ua.WriteValue(NodeId=node, AttributeId=ua.AttributeIds.Value, Value=ua.DataValue(value))
+            for node, value in values.items()
+        ]
+    )
+
+
+def _text(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

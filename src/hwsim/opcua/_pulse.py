@@ -1,0 +1,129 @@
+"""The coroutines of one live part: the only writer, and the reader of samples."""
+
+import asyncio
+import time
+from collections.abc import Callable, Coroutine, Mapping
+from typing import Any
+
+from asyncua import ua
+
+from hwsim._live.forwarding import POLL, Forwarding
+from hwsim._live.releases import NANOSECONDS
+from hwsim.opcua._link import reads, writes
+from hwsim.opcua._machine import RemoteMachine
+from hwsim.opcua._sample import ReadSample
+
+BEATS = 4  # signs of life a deadline; source: the issue of live runs
+_FEWEST, _MOST = 0.01, 0.05  # s between two reads; chosen: events and aborts are seen within 10 to 50 ms
+
+
+class Pulse:
+    """Writes commands and heartbeats, reads samples; its methods run in the thread of the link."""
+
+    def __init__(
+        self,
+        remote: RemoteMachine,
+        names: Mapping[str, str],
+        forwarding: Forwarding,
+        deadline: float,
+        events: bool,
+        heard: Callable[[], None],
+    ) -> None:
+        self.seen: ReadSample | None = None
+        self.refusal: Exception | None = None
+        self.handed = self.taken = self.wanted = self.served = 0
+        self.safe_written = False
+        self.bad = 0
+        self._remote, self._forwarding, self._heard = remote, forwarding, heard
+        self._beat_every = round(deadline / BEATS * NANOSECONDS)
+        self._read_every = min(max(deadline / 2, _FEWEST), _MOST) if events else _MOST
+        self._names = names
+        self._list = reads(remote.nodes(names))
+        self._count, self._due = 0, 0
+        self._woken, self._asked = asyncio.Event(), asyncio.Event()
+        self._over = False
+        self._tasks = [asyncio.create_task(work) for work in self._works()]
+
+    def _works(self) -> list[Coroutine[Any, Any, None]]:
+        return [self._write(), self._read()]
+
+    def wake(self) -> None:
+        """Write and read at once."""
+        self._woken.set()
+        self._asked.set()
+
+    async def close(self) -> None:
+        """Stop; nothing is written any more."""
+        self._over = True
+        self.wake()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    async def _write(self) -> None:
+        """Forward what is to be written, and the heartbeat while the controller is alive."""
+        while not self._over and not self.safe_written:
+            number, now = self.handed, time.monotonic_ns()
+            command = self._forwarding.poll(now)
+            tripped = self._forwarding.trip is not None
+            if tripped and not command:
+                break  # made safe elsewhere
+            beat = number > 0 and now >= self._due and self._forwarding.alive(now)
+            try:
+                if command or beat:
+                    await self._sent(command, beat or (bool(command) and not tripped))
+            except ConnectionError as error:
+                self._cut(error)
+                break
+            self.taken = number
+            self.safe_written = tripped
+            self._heard()
+            await _waited(self._woken, POLL)
+        self.safe_written = self.safe_written or self._forwarding.trip is not None
+        self._heard()
+
+    async def _sent(self, command: Mapping[str, Any], beat: bool) -> None:
+        """Write a command list."""
+        if beat:
+            self._count += 1
+            self._due = time.monotonic_ns() + self._beat_every
+        values = self._remote.written(command, self._count if beat else None)
+        states = await self._remote.link.write(writes(values))
+        if bad := [state for state in states if state.is_bad()]:
+            await self._refused(command, bad[0])
+
+    async def _refused(self, command: Mapping[str, Any], state: ua.StatusCode) -> None:
+        """Note why the machine did not take a list."""
+        said = await self._remote.refusal(command, state)
+        if not said:  # the part ended while the list was on its way
+            return
+        self.refusal = ValueError(said)
+        if self._forwarding.trip is not None:
+            self._forwarding.refused(self.refusal)
+
+    def _cut(self, error: ConnectionError) -> None:
+        """Note a cut link: the machine's own watchdog makes it safe."""
+        self._forwarding.told(str(error), "machine", time.monotonic_ns())
+        self._heard()
+
+    async def _read(self) -> None:
+        """Read samples, at once where one is wanted."""
+        while not self._over:
+            number, asked = self.wanted, time.monotonic_ns()
+            try:
+                told = await self._remote.link.read(self._list)
+            except ConnectionError as error:
+                self._cut(error)
+                return
+            self.seen = self._remote.seen(self._names, told, asked)
+            self.served = number
+            self._heard()
+            if self.wanted == number:
+                await _waited(self._asked, self._read_every)
+
+
+async def _waited(event: asyncio.Event, seconds: float) -> None:
+    try:
+        await asyncio.wait_for(event.wait(), seconds)
+    except TimeoutError:
+        return
+    finally:
+        event.clear()

@@ -1,0 +1,439 @@
+"""Live runs on a served machine: what is written, who makes it safe, what the operator at the machine can do.
+
+Nothing is timed here; benchmarks/opcua.py measures how fast it is.
+"""
+
+import asyncio
+import threading
+import time
+from math import nan
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from asyncua import Client, ua
+from opcua_fakes import Axis, Cable, Drive, live, served
+
+import hwsim
+import sdpgrind
+from hwsim._live.forwarding import Forwarding
+from hwsim.opcua._live_part import Watch
+from hwsim.opcua._pauses import Pauses
+from hwsim.opcua._remote import Remote
+from hwsim.opcua._sample import ReadSample, read_number
+from hwsim.opcua._space import URI
+
+
+@pytest.fixture
+def axis():
+    return Axis()
+
+
+def behind(server, **options):
+    return hwsim.OpcuaPlant(server.url, security="none", **options)
+
+
+def velocities_after_safe(axis):
+    """Commands that would move the axis after the first safe one."""
+    safe = [k for k, (_, command) in enumerate(axis.told) if command.get("stop")]
+    assert safe, axis.told
+    return [command for _, command in axis.told[safe[0] + 1 :] if command.get("velocity")]
+
+
+def test_a_part_runs_in_wall_time_and_is_journaled(axis, tmp_path):
+    with served(axis) as server:
+        control = live()
+        log = hwsim.run(behind(server), Drive(), parts=2, live=control, journal=tmp_path / "shift.db")
+        state = server.state
+    assert log.outcome.aborted.values.tolist() == [0.0, 0.0] and state["parts"] == 2 and state["aborts"] == 0
+    assert log.outcome.stopped.values.tolist() == [0.0, 0.0] and control.state == "idle"
+    table = log["controller"]
+    assert table.time.values[0] == 0.0 and table.velocity_command.values[0] == 1.001
+    assert 1.0 < table.speed.values[-1] < 1.1
+    assert [command["velocity"] for _, command in axis.told[:2]] == [1.001, 1.002]
+    assert len(sdpgrind.load(tmp_path / "shift.db").log()) == 2
+
+
+def loop(seconds):
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        pass
+    return {}
+
+
+@pytest.mark.parametrize(
+    ("odd", "reason", "by"),
+    [
+        (lambda: 1 / 0, "ZeroDivisionError: division by zero", "runner"),
+        (
+            lambda: {"velocity": nan},
+            "ValueError: velocity commanded by controller must be a number",
+            "runner",
+        ),
+        (
+            lambda: {"feed": 1.0},
+            "ValueError: a command of controller must be one of velocity, stop",
+            "runner",
+        ),
+        (
+            lambda: {"velocity": 50.0},
+            "ValueError: velocity must be in [-10, 10] (mm/s); got 50.0",
+            "runner",
+        ),
+        (lambda: {"stop": np.array([1.0, nan])}, "stop must be a finite number", "link"),
+        (lambda: time.sleep(0.4) or {}, "no sign of the controller for more than 100 ms", "link"),
+        (lambda: loop(0.4), "no sign of the controller for more than 100 ms", "link"),
+        (lambda: (_ for _ in ()).throw(KeyboardInterrupt), "KeyboardInterrupt", "runner"),
+    ],
+)
+def test_whatever_goes_wrong_the_safe_command_comes_first_and_nothing_after(odd, reason, by):
+    axis = Axis(length=60.0)
+    with served(axis) as server, pytest.raises(hwsim.Aborted, match="made safe") as said:
+        hwsim.run(behind(server), Drive(odd), parts=2, live=live())
+    outcome = said.value.log.outcome
+    assert outcome.aborted.values.tolist() == [1.0] and outcome.safe_by.values[0] == by
+    assert reason in outcome.abort_reason.values[0]
+    assert axis.told[-1][1] == axis.safe and not velocities_after_safe(axis)
+    assert len(said.value.log["controller"].time) >= 4
+
+
+def test_an_operator_aborts_from_another_thread():
+    axis, control = Axis(length=60.0), live()
+    with served(axis) as server:
+        odd = lambda: threading.Thread(target=control.abort, args=("door open",)).start() or {}  # noqa: E731
+        with pytest.raises(hwsim.Aborted, match="door open"):
+            hwsim.run(behind(server), Drive(odd), live=control)
+    assert axis.told[-1][1] == axis.safe and control.state == "aborted"
+
+
+async def _call(url, method, *arguments):
+    async with Client(url) as client:
+        space = await client.get_namespace_index(URI)
+        machine = client.get_node(ua.NodeId("Axis", space))
+        return await machine.call_method(ua.NodeId(f"Axis.{method}", space), *arguments)
+
+
+def call(server, method, *arguments):
+    return asyncio.run(_call(server.url, method, *arguments))
+
+
+class Calling(Drive):
+    """Calls a method at the machine in a thread, within its step `at`."""
+
+    def __init__(self, server, *call, **options):
+        super().__init__(**options)
+        self.server, self.call = server, call
+
+    def __deepcopy__(self, memo):
+        return Calling(self.server, *self.call, at=self.at, period=self.period)
+
+    def step(self, **measured):
+        command = super().step(**measured)
+        if self.steps == self.at:
+            threading.Thread(target=call, args=(self.server, *self.call), daemon=True).start()
+        return command
+
+
+def test_an_abort_at_the_machine_reaches_the_run():
+    axis, control = Axis(length=60.0), live()
+    with served(axis) as server:
+        with pytest.raises(hwsim.Aborted, match="the machine made itself safe: emergency exit") as said:
+            hwsim.run(behind(server), Calling(server, "Abort", "emergency exit"), parts=2, live=control)
+        assert server.state["aborted"] == "emergency exit" and server.state["aborts"] == 1
+    assert said.value.log.outcome.safe_by.values.tolist() == ["machine"]
+    assert [act.who for act in control.acts][-1:] in ([], ["machine"])
+    assert control.reason == "emergency exit" and not velocities_after_safe(axis)
+
+
+def test_a_pause_at_the_machine_ends_after_the_part_and_goes_on():
+    axis, control = Axis(length=1.0), live()
+
+    def resume_between_parts():
+        while not (server.state["paused"] and server.state["parts"] == 1 and control.state == "paused"):
+            time.sleep(0.02)
+        call(server, "Resume")
+
+    with served(axis) as server:
+        resume = threading.Thread(target=resume_between_parts, daemon=True)
+        resume.start()
+        log = hwsim.run(behind(server), Calling(server, "Pause"), parts=2, live=control)
+        resume.join()
+        assert server.state["parts"] == 2
+    assert [(act.who, act.what) for act in control.acts[:2]] == [("machine", "pause"), ("machine", "resume")]
+    assert log.outcome.aborted.values.tolist() == [0.0, 0.0]
+
+
+def test_a_machine_without_a_heartbeat_makes_itself_safe_and_is_latched(axis):
+    axis = Axis(length=60.0)
+
+    async def operate(url):
+        async with Client(url) as client:
+            space = await client.get_namespace_index(URI)
+            node = lambda path: client.get_node(ua.NodeId(f"Axis.{path}", space))  # noqa: E731
+            machine = client.get_node(ua.NodeId("Axis", space))
+
+            async def start(part):
+                return await machine.call_method(node("Start"), ua.Variant(part, ua.VariantType.Int64), "7")
+
+            assert await start(1) == ""
+            velocity, heartbeat = node("Commands.velocity"), node("Commands.heartbeat")
+            beat = lambda k: ua.Variant(k, ua.VariantType.UInt32)  # noqa: E731
+            await client.write_values([velocity, heartbeat], [2.0, beat(1)])
+            while not await node("Production.aborted").read_value():
+                await heartbeat.write_value(beat(1))  # it stands still
+                await asyncio.sleep(0.02)
+            said = [await node("Production.aborted").read_value(), await start(1)]
+            with pytest.raises(ua.uaerrors.BadInvalidState):
+                await velocity.write_value(3.0)
+            assert await start(2) == ""
+            await client.write_values([velocity, heartbeat], [4.0, beat(2)])
+            return said
+
+    with served(axis, timeout=0.2) as server:
+        said = asyncio.run(operate(server.url))
+    assert (
+        said[0] == "no heartbeat for more than 0.2 s" and said[1] == "part must be > 1, a new number; got 1"
+    )
+    assert [command for _, command in axis.told] == [{"velocity": 2.0}, axis.safe, {"velocity": 4.0}]
+
+
+def test_writes_outside_the_range_and_nan_are_refused(axis):
+    async def operate(url):
+        async with Client(url) as client:
+            space = await client.get_namespace_index(URI)
+            velocity = client.get_node(ua.NodeId("Axis.Commands.velocity", space))
+            for value in (10.1, nan, float("inf")):
+                with pytest.raises(ua.uaerrors.BadOutOfRange):
+                    await velocity.write_value(value)
+            with pytest.raises(ua.uaerrors.BadTypeMismatch):
+                await velocity.write_value(3)
+            place = client.get_node(ua.NodeId("Axis.Monitoring.place", space))
+            with pytest.raises(ua.uaerrors.BadUserAccessDenied):
+                await place.write_value(1.0)
+            unit = await client.get_node(
+                ua.NodeId("Axis.Commands.velocity.EngineeringUnits", space)
+            ).read_value()
+            ends = await client.get_node(ua.NodeId("Axis.Commands.velocity.EURange", space)).read_value()
+            return unit.DisplayName.Text, unit.UnitId, ends.Low, ends.High
+
+    with served(axis) as server:
+        assert asyncio.run(operate(server.url)) == ("mm/s", 0x433136, -10.0, 10.0)  # C16
+    assert axis.told == []
+
+
+def test_a_cut_link_ends_the_part_and_the_machine_makes_itself_safe():
+    axis = Axis(length=60.0)
+    with served(axis, timeout=0.2) as server:
+        cable = Cable(int(server.url.rpartition(":")[2]))
+        plant = hwsim.OpcuaPlant(cable.url, security="none")
+        odd = Drive(lambda: cable.cut() or {"velocity": 3.0})
+        with pytest.raises(hwsim.Aborted, match=f"the link to {cable.url} was cut") as said:
+            hwsim.run(plant, odd, live=live())
+        until = time.monotonic() + 5
+        while not server.state["aborts"] and time.monotonic() < until:
+            time.sleep(0.01)
+        assert server.state["aborted"] == "no heartbeat for more than 0.2 s"
+        assert said.value.log.outcome.safe_by.values.tolist() == ["machine"]
+        assert not velocities_after_safe(axis)
+        short = Drive(lambda: {"stop": 1.0}, at=3)
+        assert hwsim.run(plant, short, live=live()).outcome.stopped.values.tolist() == [
+            1.0
+        ]  # a fresh session
+        plant.close()
+        cable.close()
+
+
+class Unlucky(Drive):
+    """Its machine is switched off within its first part."""
+
+    identity = "unlucky"  # for the journal, which would walk through the server
+    switch: ClassVar = []
+
+    def step(self, **measured):
+        if self.switch and self.steps == 5:
+            self.switch.pop()()
+        return super().step(**measured)
+
+
+def test_after_a_lost_server_the_journal_goes_on_with_the_next_part(tmp_path):
+    axis, run = Axis(), {"parts": 3, "journal": tmp_path / "shift.db"}
+    server = served(axis)
+    url, plant = server.url, behind(server)
+    Unlucky.switch.append(server.stop)
+    with pytest.raises(hwsim.Aborted, match=r"the link to .* was cut"):
+        hwsim.run(plant, Unlucky(), live=live(), **run)
+    with hwsim.serve(axis, url, security="none") as again:
+        log = hwsim.run(plant, Unlucky(), live=live(), **run)
+        assert again.state["parts"] == 2
+    assert log.outcome.aborted.values.tolist() == [1.0, 0.0, 0.0] and len(set(log.outcome.begun.values)) == 3
+    plant.close()
+
+
+def watched(**options):
+    control, forwarding = live(**options), Forwarding({"stop": 1.0}, 10**8, 0)
+    return Watch(control, 0.02, forwarding, Pauses(None, control, 0)), forwarding, control
+
+
+def sample(**changes):
+    plain = {"reading": {}, "sequence": 5, "time": 0.0, "event": 0, "done": False, "part": 1, "aborts": 0,
+             "aborted": "", "stops": 0, "paused": False, "at": 0, "spread": 0.0, "bad": 0}  # fmt: skip
+    return ReadSample(**{**plain, **changes})
+
+
+@pytest.mark.parametrize(
+    ("next_one", "reason"),
+    [
+        (sample(at=400_000_000), "measurements are stale: no new sample for more than 0.3 s"),
+        (sample(sequence=4), "the machine was restarted: the sequence of its samples went back"),
+        (sample(sequence=6, spread=0.4), "measurements are stale: those of one list are 0.4 s apart"),
+        (sample(aborts=1, aborted="no heartbeat"), "the machine made itself safe: no heartbeat"),
+        (sample(part=2), "the machine made itself safe: part 2 was begun on it"),
+        (sample(sequence=6, at=400_000_000), None),
+        (sample(at=200_000_000), None),
+    ],
+)
+def test_samples_that_tell_of_a_fault(next_one, reason):
+    watch, forwarding, _ = watched(stale=0.3)
+    watch.look(sample())
+    watch.look(next_one)
+    forwarding.poll(1)
+    assert (forwarding.trip.reason if forwarding.trip else None) == reason
+
+
+class Still(Axis):
+    """Its place does not change."""
+
+    def start(self, rng):
+        part = super().start(rng)
+        step = part.step
+        part.step = lambda command, ticks: {**step(command, ticks), "place": 5.0}
+        return part
+
+
+def test_stuck_readings_abort_while_the_machine_is_commanded():
+    axis = Still(length=60.0)
+    with (
+        served(axis) as server,
+        pytest.raises(hwsim.Aborted, match="place is stuck: 6 equal readings in a row"),
+    ):
+        hwsim.run(behind(server), Drive(), live=live(stuck={"place": 6}))
+    assert axis.told[-1][1] == axis.safe
+
+
+def test_refusals_before_anything_moves(axis):
+    with served(axis) as server:
+        plant = behind(server)
+        for wrong, said in (
+            (
+                {"live": live(safe={"velocity": 20.0})},
+                r"safe\['velocity'\] must be in \[-10, 10\] \(mm/s\); got 20",
+            ),
+            (
+                {"live": live(safe={"feed": 1.0})},
+                "safe must be of commands that the plant accepts: velocity, stop",
+            ),
+            (
+                {"live": live(deadline=1e-6)},
+                r"deadline must be > 3 round trips of .* ms to opc.tcp.*; got 1e-06",
+            ),
+            ({}, "live must be given: the machine at opc.tcp.* keeps its own time"),
+        ):
+            with pytest.raises(ValueError, match=said):
+                hwsim.run(plant, Drive(), **wrong)
+        assert hwsim.check(plant, Drive()) and server.state["part"] == 0 and axis.told == []
+    with (
+        pytest.raises(ValueError, match=r"live must be None: .* is in lockstep"),
+        served(axis, speed=None) as server,
+    ):
+        hwsim.run(behind(server), Drive(), live=live())
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"speed": 0.0}, "speed must be > 0; got 0.0"),
+        ({"timeout": -1.0}, r"timeout must be > 0 \(s\); got -1.0"),
+        ({"security": None}, "security must be a folder of certificates, which `hwsim keys FOLDER` makes"),
+        ({"users": {"operator": "x"}}, 'users must be None with security="none"'),
+        (
+            {"listen": "all"},
+            'security must be a folder of certificates but on a loopback address; got "none" on all',
+        ),
+        ({"controller": Drive(), "speed": None}, "controller must be None in lockstep"),
+    ],
+)
+def test_wrong_arguments_of_serve(change, said):
+    with pytest.raises(ValueError, match=said):
+        served(Axis(), **change)
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("http://127.0.0.1", "url must be such as opc.tcp://127.0.0.1:4840; got 'http://127.0.0.1'"),
+        ("opc.tcp://127.0.0.1:99999", "url must be such as"),
+        ("opc.tcp://user:secret@127.0.0.1", "url must be such as"),
+        ("opc.tcp://10.0.0.1:4840", 'but on a loopback address; got "none" on 10.0.0.1'),
+        ("opc.tcp://0.0.0.0:4840", 'but on a loopback address; got "none" on 0.0.0.0'),
+    ],
+)
+def test_wrong_addresses(url, said):
+    with pytest.raises(ValueError, match=said):
+        hwsim.serve(Axis(), url, security="none")
+
+
+def test_a_plant_without_a_safe_command_is_served_in_lockstep_only():
+    class Unsafe(Axis):
+        safe = None
+
+    with pytest.raises(
+        ValueError, match="speed must be None, lockstep, for a Unsafe: it has no safe command"
+    ):
+        served(Unsafe())
+
+
+def test_two_servers_at_one_port(axis):
+    with (
+        served(axis) as server,
+        pytest.raises(OSError, match=f"{server.url} cannot be served: Address already in use"),
+    ):
+        hwsim.serve(axis, server.url, security="none")
+
+
+def test_no_server():
+    with pytest.raises(ConnectionError, match=r"no session at opc.tcp://127.0.0.1:9"):
+        hwsim.OpcuaPlant("opc.tcp://127.0.0.1:9", security="none")
+
+
+def test_a_command_that_ends_the_part_is_told(axis):
+    with served(axis) as server:
+        log = hwsim.run(behind(server), Drive(lambda: {"stop": 1.0}, at=4), parts=2, live=live())
+        assert server.state["parts"] == 2
+    assert log.outcome.stopped.values.tolist() == [1.0, 1.0] == (1.0 - log.outcome.aborted.values).tolist()
+
+
+def test_shadow_writes_nothing_and_logs_both_commands():
+    axis = Axis(length=0.4)
+    with served(axis, controller=Drive()) as server:
+        log = hwsim.run(behind(server), Drive(), live=hwsim.Live(shadow=True))
+        assert server.state["writes"] == 0 and server.state["operator"] == ""
+        with pytest.raises(ValueError, match=r"live must be in shadow, .*has its own control"):
+            hwsim.run(behind(server), Drive(), live=live())
+        assert server.state["writes"] == 0
+    table = log["controller"]
+    assert {"velocity_command", "velocity_actual", "stop_actual"} <= set(table)
+    assert (
+        table.velocity_actual.attrs["units"] == "mm/s" and np.isfinite(table.velocity_actual.values[1:]).all()
+    )
+    assert log.outcome.aborted.values.tolist() == [0.0] and log.outcome.stopped.values.tolist() == [0.0]
+    assert hwsim.run(hwsim.Recording(log), Drive()).outcome.same.values.tolist() == [1.0]
+    assert all(not command.get("stop") for _, command in axis.told)
+
+
+def test_a_quality_that_is_not_good_is_nan_and_counted():
+    poor = ua.DataValue(ua.Variant(1.0), StatusCode=ua.StatusCode(ua.StatusCodes.UncertainLastUsableValue))
+    assert np.isnan(read_number(poor)) and read_number(ua.DataValue(ua.Variant(1.0))) == 1.0
+    remote = Remote(None, 2, "Axis")
+    plain = [ua.DataValue(ua.Variant(value)) for value in (7, 0.5, 0, False, 1, 0, "", 0, False)]
+    seen = remote.seen({"place": "Monitoring.place"}, [poor, *plain], 11)
+    assert seen.bad == 1 and seen.sequence == 7 and seen.at == 11 and np.isnan(seen.reading["place"])

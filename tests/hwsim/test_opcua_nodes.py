@@ -1,0 +1,183 @@
+"""A foreign machine with a table of nodes: units at the edge, a heartbeat, faults of the table."""
+
+import asyncio
+import threading
+
+import numpy as np
+import pytest
+from asyncua import Server, ua
+from opcua_fakes import Drive, live
+
+import hwsim
+from hwsim.opcua._space import StandardNodes
+
+TABLE = """
+[measures.place]
+node = "ns=2;s=DB.Place"
+unit = "um"
+sample = "ns=2;s=DB.Counter"
+
+[commands.velocity]
+node = "ns=2;s=DB.Speed"
+unit = "m/min"
+min = "-600 mm/min"
+max = "600 mm/min"
+
+[machine]
+heartbeat = "ns=2;s=DB.Life"
+done = "ns=2;s=DB.Done"
+start = "ns=2;s=DB.Start"
+"""
+KINDS = {
+    "Place": (250.0, ua.VariantType.Float),
+    "Counter": (0, ua.VariantType.UInt32),
+    "Speed": (0.0, ua.VariantType.Float),
+    "Life": (0, ua.VariantType.Int16),
+    "Start": (0, ua.VariantType.Int32),
+    "Done": (True, ua.VariantType.Boolean),
+    "Name": ("grinder", ua.VariantType.String),
+    "Real": (1.0, ua.VariantType.Double),
+}
+
+
+class Foreign:
+    """A PLC that counts samples and ends a part after `samples` of them."""
+
+    def __init__(self, samples=30):
+        self.samples, self.speeds, self.lives, self.starts = samples, [], set(), []
+        self.over, ready = threading.Event(), threading.Event()
+        self.thread = threading.Thread(target=lambda: asyncio.run(self._serve(ready)))
+        self.thread.start()
+        ready.wait()
+
+    async def _serve(self, ready):
+        server = Server(iserver=StandardNodes())
+        await server.init()
+        server.set_endpoint("opc.tcp://127.0.0.1:0")
+        server.set_security_policy([ua.SecurityPolicyType.NoSecurity])
+        await server.register_namespace("urn:plc")
+        nodes = {}
+        for name, (value, kind) in KINDS.items():
+            node = await server.nodes.objects.add_variable(
+                ua.NodeId(f"DB.{name}", 2), ua.QualifiedName(name, 2), value, kind
+            )
+            if name in ("Speed", "Life", "Start"):
+                await node.set_writable()
+            nodes[name] = node
+        await server.start()
+        self.url, left, last = f"opc.tcp://127.0.0.1:{server.bserver.port}", 0, 0
+        ready.set()
+        for count in range(10**6):
+            await asyncio.sleep(0.01)
+            if self.over.is_set():
+                break
+            started = await nodes["Start"].read_value()
+            if started != last:
+                last, left = started, self.samples
+                self.starts.append(started)
+                await nodes["Done"].write_value(False)
+            self.speeds.append(await nodes["Speed"].read_value())
+            self.lives.add(await nodes["Life"].read_value())
+            await nodes["Counter"].write_value(count, ua.VariantType.UInt32)
+            left -= 1
+            if left == 0:
+                await nodes["Done"].write_value(True)
+        server.iserver.time_task.cancel()
+        server.iserver.time_task = None
+        await server.stop()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.over.set()
+        self.thread.join()
+
+
+@pytest.fixture(scope="module")
+def plc():
+    with Foreign() as plc:
+        yield plc
+
+
+def table(tmp_path, text=TABLE):
+    path = tmp_path / "grinder.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_foreign_machine_runs_in_the_units_of_the_library(plc, tmp_path):
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path), security="none")
+    assert dict(plant.measures) == {"place": "mm"} and dict(plant.accepts) == {"velocity": "mm/s"}
+    np.testing.assert_allclose(plant.ranges["velocity"], (-10.0, 10.0), rtol=1e-15)
+    assert hwsim.check(plant, Drive()) and plant.look() == {"place": 0.25}
+    log = hwsim.run(plant, Drive(), parts=2, live=live(safe={"velocity": 0.0}))
+    assert log.outcome.aborted.values.tolist() == [0.0, 0.0] and plc.starts[-2:] == [1, 2]
+    assert set(log["controller"].place.values) == {0.25} and len(plc.lives) > 4
+    assert np.float32(1.001 * 60 / 1000) in np.float32(plc.speeds)
+    plant.close()
+
+
+def test_a_machine_without_a_heartbeat_is_listened_to_only(plc, tmp_path):
+    text = TABLE.replace('heartbeat = "ns=2;s=DB.Life"\n', "")
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
+    with pytest.raises(ValueError, match=r"live must be in shadow, .*: machine.heartbeat is missing"):
+        hwsim.run(plant, Drive(), live=live(safe={"velocity": 0.0}))
+    assert plant.listening().measures == {"place": "mm", "velocity_actual": "mm/s"}
+    plant.close()
+
+
+def test_a_controller_of_events_needs_an_event_node(plc, tmp_path):
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path), security="none")
+    with pytest.raises(ValueError, match=r"the controller must have a period: machine.event is missing"):
+        hwsim.run(plant, Drive(period=None), live=live(safe={"velocity": 0.0}))
+    plant.close()
+
+
+def test_all_faults_of_a_table_are_told_at_once(plc, tmp_path):
+    changes = {
+        "DB.Place": "DB.Plaice",
+        "DB.Counter": "DB.Real",
+        "DB.Speed": "DB.Name",
+        "DB.Life": "DB.Counter",
+    }
+    text = TABLE
+    for old, new in changes.items():
+        text = text.replace(f'{old}"', f'{new}"')
+    with pytest.raises(ValueError) as error:
+        hwsim.OpcuaPlant(
+            plc.url, nodes=table(tmp_path, text.replace("ns=2;s=DB.Start", "DB.Start")), security="none"
+        )
+    assert str(error.value).splitlines() == [
+        "nodes do not fit the machine:",
+        "- measures.place.node = 'ns=2;s=DB.Plaice' is missing at the machine",
+        "- measures.place.sample = 'ns=2;s=DB.Real' must be a whole number; it is a Double",
+        "- commands.velocity.node = 'ns=2;s=DB.Name' must be a number; it is a String",
+        "- machine.heartbeat = 'ns=2;s=DB.Counter' is not writable",
+        "- machine.start = 'DB.Start' must be a node id such as \"ns=3;s=DB1.Size\"",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('unit = "um"\n', "", "measures.place.unit is missing"),
+        ('unit = "um"', 'unit = "cubits"', "measures.place.unit must be a unit; got 'cubits'"),
+        ('done = "ns=2;s=DB.Done"\n', "", "machine.done is missing"),
+        ('max = "600 mm/min"\n', "", "commands.velocity.max is missing"),
+        ("sample =", "samples =", "measures.place.samples is not a key; is measures.place.sample meant?"),
+    ],
+)
+def test_a_wrong_table_names_file_and_key(tmp_path, old, new, said):
+    with pytest.raises(ValueError) as error:
+        hwsim.OpcuaPlant(
+            "opc.tcp://127.0.0.1:9", nodes=table(tmp_path, TABLE.replace(old, new)), security="none"
+        )
+    assert f"grinder.toml: {said}" in str(error.value)
+
+
+def test_a_machine_that_is_not_ours_needs_a_table(plc):
+    with pytest.raises(
+        ValueError, match=f"nodes must be given for {plc.url}, which is no machine of hwsim.serve"
+    ):
+        hwsim.OpcuaPlant(plc.url, security="none")
