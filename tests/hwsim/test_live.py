@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from hwsim_fakes import Drain, Faster, Tank, noisy_tank
+from hwsim_fakes import Drain, Faster, Tank, Water, noisy_tank
 from live_fakes import (
     INTERRUPT,
     PERIOD,
@@ -36,14 +36,23 @@ def live(**options):
     return hwsim.Live(**{"safe": SAFE, "deadline": LONG, **options})
 
 
+class Calls(list):
+    """Calls of a machine and its copies."""
+
+    def __deepcopy__(self, memo):
+        return self
+
+
 class Watched(Tank):
     """A tank whose machines can be looked at afterwards."""
 
     machines: ClassVar = []
 
     def start(self, rng):
-        self.machines.append(super().start(rng))
-        return self.machines[-1]
+        machine = super().start(rng)
+        machine.calls = Calls()
+        self.machines.append(machine)
+        return machine
 
     def with_tick(self, tick):
         return Watched(self.level, tick, self.alarm, self.leak)
@@ -276,20 +285,22 @@ def test_an_aborted_part_is_in_the_journal_and_is_run_again_on_a_simulated_plant
     assert not whole.outcome.aborted.any()
 
 
+class Stuck(Water):
+    """Water that can be closed up to a tick."""
+
+    def step(self, command, ticks):
+        if "close" in command and self.time > self.tank.free_until:
+            raise ValueError("the valve is stuck")
+        return super().step(command, ticks)
+
+
 class Refusing(Tank):
-    """A tank that cannot be closed."""
+    """A tank that cannot be closed for long."""
+
+    free_until = 4  # ticks
 
     def start(self, rng):
-        machine = super().start(rng)
-        taken = machine.step
-
-        def step(command, ticks):
-            if "close" in command:
-                raise ValueError("the valve is stuck")
-            return taken(command, ticks)
-
-        machine.step = step
-        return machine
+        return Stuck(self, 0.0)
 
     def with_tick(self, tick):
         return Refusing(self.level, tick, self.alarm, self.leak)
@@ -299,6 +310,28 @@ def test_a_safe_command_that_the_machine_refuses_is_told():
     with pytest.raises(hwsim.Aborted, match="the safe command was refused: the valve is stuck") as caught:
         hwsim.run(Refusing(level=4.0, tick=PERIOD / 2), Failing(broken), live=live())
     assert str(caught.value.log.outcome.safe_by[0].values) == ""
+
+
+def test_a_safe_command_that_the_machine_never_takes_is_refused_before_the_first_part():
+    class Never(Refusing):
+        free_until = -1
+
+        def with_tick(self, tick):
+            return Never(self.level, tick, self.alarm, self.leak)
+
+    with pytest.raises(ValueError, match="safe must be a command that the machine takes .*valve is stuck"):
+        hwsim.run(Never(level=4.0, tick=PERIOD / 2), Drain(10.0, PERIOD), live=live())
+
+
+def test_a_safe_command_outside_the_range_of_the_plant_is_refused():
+    class Ranged(Tank):
+        ranges: ClassVar = {"close": (0.0, 0.5)}
+
+        def with_tick(self, tick):
+            return Ranged(self.level, tick, self.alarm, self.leak)
+
+    with pytest.raises(ValueError, match=r"safe\['close'\] must be in \[0, 0.5\]; got 1"):
+        hwsim.run(Ranged(level=4.0, tick=PERIOD / 2), Drain(10.0, PERIOD), live=live())
 
 
 def test_a_hang_after_a_long_wait_is_made_safe_where_the_machine_is_by_then():

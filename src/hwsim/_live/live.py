@@ -1,6 +1,7 @@
 """How a run meets a real clock, and the operator's hand on it."""
 
 import time
+from collections import deque
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -106,8 +107,8 @@ class Live:
         self.overruns = checks.one_of("overruns", overruns, ("count", "abort"))
         self.shadow = checks.kind("shadow", shadow, bool)
         self.stuck = {name: checks.count(f"stuck[{name!r}]", n, 2) for name, n in (stuck or {}).items()}
-        self.acts: list[OperatorAct] = []
-        """Acts of the operator, in order."""
+        self.acts: deque[OperatorAct] = deque()
+        """Acts of the operator that the journal does not hold yet, in order."""
         self.part = 0
         """Number of the part under way."""
         self.reason: str | None = None
@@ -206,8 +207,7 @@ class Live:
 
     def taken_acts(self) -> tuple[OperatorAct, ...]:
         """Return the acts since the last call (private to this package)."""
-        taken, self.acts = tuple(self.acts), []
-        return taken
+        return tuple(self.acts.popleft() for _ in range(len(self.acts)))  # another thread may append
 
     def __repr__(self) -> str:
         return f"<hwsim.Live: {self.state}, deadline {self.deadline:g} s>"

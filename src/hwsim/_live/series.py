@@ -15,12 +15,12 @@ import numpy as np
 from hwsim._live import timing
 from hwsim._live.live import Aborted, Live
 from hwsim._live.machine import LiveMachine, TrippedError
-from hwsim._live.wall import WallMachine
-from hwsim._log.labels import LIVE_COLUMNS
+from hwsim._live.wall import WallMachine, samples_of, take_safe
+from hwsim._log.labels import LIVE_COLUMNS, LIVE_PREFIX
 from hwsim._part.clock import Clock
 from hwsim._part.part import LivePart, PartLoop
 from hwsim._part.routes import controllers
-from hwsim.protocols import Controller, Plant
+from hwsim.protocols import Controller, Machine, Plant
 from sdpgrind.base import checks
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -29,22 +29,30 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 def check_live(live: Live, plant: Plant, controller: Controller) -> None:
     """Refuse a live run whose safe command the plant does not take, or that would log a name twice."""
     checks.kind("live", live, Live, ": hwsim.Live(safe=...)")
-    for name in live.safe:
-        if name not in plant.accepts:
-            raise checks.refuse(
-                "safe", f"of commands that the plant accepts: {', '.join(plant.accepts)}", name
-            )
+    _check_safe(live, plant)
     for name in live.stuck:
         if name not in plant.measures:
             raise checks.refuse("stuck", f"of measurements of the plant: {', '.join(plant.measures)}", name)
     if not hasattr(plant, "start_live"):
         _refuse_of_real(live, type(plant).__name__)
-    if hasattr(controller, "tripped"):
+    if any(hasattr(each, "tripped") for each in (controller, *controllers(controller).values())):
         raise ValueError(
             "controller must not be a Watchdog in a live run: Live has the safe command and a deadline"
         )
     if twice := [name for name in LIVE_COLUMNS if name in plant.measures]:
         raise ValueError(f"the plant must not measure {twice[0]}, which a live run writes")
+
+
+def _check_safe(live: Live, plant: Plant) -> None:
+    """Refuse a safe command that the plant does not know, or outside a range that it tells."""
+    ranges = getattr(plant, "ranges", {})
+    for name, value in live.safe.items():
+        if name not in plant.accepts:
+            raise checks.refuse(
+                "safe", f"of commands that the plant accepts: {', '.join(plant.accepts)}", name
+            )
+        low, high = ranges.get(name, (value, value))
+        checks.within(f"safe[{name!r}]", value, low, high, plant.accepts[name])
 
 
 def _refuse_of_real(live: Live, plant: str) -> None:
@@ -63,15 +71,27 @@ def operated(live: Live) -> Iterator[None]:
     former = {}
     if threading.current_thread() is threading.main_thread():
         former = {number: signal.signal(number, _aborting(live)) for number in _SIGNALS}
+    with _frozen():
+        try:
+            yield
+        finally:
+            for number, handler in former.items():
+                signal.signal(number, handler)
+            live.end()
+
+
+@contextmanager
+def _frozen() -> Iterator[None]:
+    """Keep what was imported out of the collector: a full collection takes longer than a step may."""
+    if gc.get_freeze_count():  # by the user, whose choice stays
+        yield
+        return
     gc.collect()
-    gc.freeze()  # a full collection of everything that was imported takes longer than a step may
+    gc.freeze()
     try:
         yield
     finally:
         gc.unfreeze()
-        for number, handler in former.items():
-            signal.signal(number, handler)
-        live.end()
 
 
 def _aborting(live: Live) -> Any:
@@ -84,15 +104,25 @@ def _aborting(live: Live) -> Any:
     return handle
 
 
-def rehearse(plant: Plant, controller: Controller, clock: Clock) -> None:
+def rehearse(plant: Plant, controller: Controller, clock: Clock, live: Live) -> None:
     """Try the first step of a part on copies: machine code is loaded before the clock counts."""
     own = copy.deepcopy(controller)
     own.reset()
     if not hasattr(plant, "start_live"):
-        PartLoop(plant, plant.start(np.random.default_rng(0)), own, clock).try_first_step()
+        loop = PartLoop(plant, plant.start(np.random.default_rng(0)), own, clock)
+        loop.try_first_step(advance=True)
+        _try_safe(plant, copy.deepcopy(loop.machine), live)
     elif hasattr(plant, "look"):
         with suppress(Exception):  # of readings between two parts, which no part begins with
             PartLoop(plant, _Looked(plant), own, clock).try_first_step()
+
+
+def _try_safe(plant: Plant, machine: Machine, live: Live) -> None:
+    """Refuse a safe command that a simulated machine refuses."""
+    try:
+        take_safe(machine, live.safe, samples_of(plant))
+    except Exception as error:
+        raise ValueError(f"safe must be a command that the machine takes at any moment: {error}") from error
 
 
 class _Looked:
@@ -127,10 +157,10 @@ def run_live(
             machine.close()  # a finished part cannot be late any more
             if machine.trip is not None:
                 raise TrippedError  # the safe command ended the part
-            return _part(loop, machine, begun)
+            return _part(plant, loop, machine, begun)
         except BaseException as error:
             machine.make_safe(_reason(error))
-            raise _aborted(loop, machine, begun) from _cause(error)
+            raise _aborted(plant, loop, machine, begun) from _cause(error)
     finally:
         machine.close()
 
@@ -148,7 +178,7 @@ def _started(
     if start is not None:
         machine: LiveMachine = start(rng, live, period)
         return machine
-    return WallMachine(plant.start(rng), clock.tick, period, live)
+    return WallMachine(plant.start(rng), clock.tick, period, live, samples_of(plant))
 
 
 def _reason(error: BaseException) -> str:
@@ -159,20 +189,26 @@ def _cause(error: BaseException) -> BaseException | None:
     return None if isinstance(error, TrippedError) else error
 
 
-def _aborted(loop: PartLoop, machine: LiveMachine, begun: str) -> Aborted:
+def _aborted(plant: Plant, loop: PartLoop, machine: LiveMachine, begun: str) -> Aborted:
     if machine.taken:
         loop.answered()
     assert machine.trip is not None  # it was made safe
     said = f"the part was aborted and the machine made safe: {machine.trip.reason}"
     try:
-        part = _part(loop, machine, begun)
+        part = _part(plant, loop, machine, begun)
     except Exception as error:  # of the machine's outcome; the rows are kept
-        part = LivePart(loop.tables(), timing.outcome(loop, machine, begun))
+        part = LivePart(loop.tables(), _figures(plant, loop, machine, begun))
         said = f"{said}; its outcome cannot be told: {error}"
     return Aborted(said, part)
 
 
-def _part(loop: PartLoop, machine: LiveMachine, begun: str) -> LivePart:
+def _part(plant: Plant, loop: PartLoop, machine: LiveMachine, begun: str) -> LivePart:
     part = loop.result(finished=machine.trip is None)
-    further: Mapping[str, Any] = timing.outcome(loop, machine, begun)
-    return LivePart(part.tables, {**part.outcome, **further, **part.outcome})  # the plant's own names first
+    return LivePart(part.tables, {**part.outcome, **_figures(plant, loop, machine, begun)})
+
+
+def _figures(plant: Plant, loop: PartLoop, machine: LiveMachine, begun: str) -> dict[str, Any]:
+    """Figures of the run; where the plant has an outcome of the same name, as ``live_overruns``."""
+    own = getattr(plant, "outcomes", {})
+    told = timing.outcome(loop, machine, begun)
+    return {f"{LIVE_PREFIX}{name}" if name in own else name: value for name, value in told.items()}

@@ -12,9 +12,10 @@ from hwsim._live.live import Live
 from hwsim._live.machine import TrippedError
 from hwsim._live.releases import Releases
 from hwsim._processor.tasks import NANOSECONDS
-from hwsim.protocols import FOREVER, Machine
+from hwsim.protocols import FOREVER, Machine, Plant
 
 _SLICES = 4  # signs of life a deadline while waiting; chosen: one or two may be late
+_LONG = 0.005  # s; chosen: a copy takes 0.2 to 0.4 ms, and made safe late by so much is late by two polls
 
 
 class WallMachine:
@@ -24,11 +25,14 @@ class WallMachine:
     made safe in between. Between an event and the answer of a controller without a period no time passes.
     """
 
-    def __init__(self, machine: Machine, tick: Fraction, period: int | None, live: Live) -> None:
+    def __init__(
+        self, machine: Machine, tick: Fraction, period: int | None, live: Live, samples: int = 1
+    ) -> None:
         now = time.monotonic_ns()
         self.released = self.sampled = now
         self.taken = True
         self._machine, self._live = machine, live
+        self._samples = samples  # ticks between two samples of the machine's own computer
         self._releases = Releases(now, tick, period or 1)
         self._periodic = period is not None
         self._before: Machine | None = None  # the machine at the start of a long step
@@ -82,9 +86,8 @@ class WallMachine:
             self._releases = releases._replace(start=releases.start + now - releases.instant(machine.time))
         elif ticks and releases.following(machine.time + ticks, now) != machine.time + ticks:
             return self._late(command, ticks, now)
-        wait = ticks if ticks < FOREVER else 0
-        long = not wait or releases.instant(wait) - releases.start > self._live.deadline * NANOSECONDS
-        self._before = copy.deepcopy(machine) if long and ticks else None
+        long = ticks >= FOREVER or releases.instant(ticks) - releases.start > _LONG * NANOSECONDS
+        self._before = copy.deepcopy(machine) if long else None
         self._command = command
         return machine.step(command, ticks)
 
@@ -96,10 +99,15 @@ class WallMachine:
             self._make_safe()
             raise TrippedError
         due = self._releases.following(machine.time + ticks, now)
-        machine.step({}, self._releases.ticks(now) - machine.time)
+        machine.step({}, self._until(now))
         if machine.done:
             return machine.step({}, 0)
         return machine.step(command, 0 if machine.event else due - machine.time)
+
+    def _until(self, now: int) -> int:
+        """Ticks of the machine until an instant (ns), up to its computer's next sample."""
+        left = self._releases.ticks(now) - self._machine.time
+        return max(0, -(-left // self._samples) * self._samples)
 
     def _wait_until(self, instant: int) -> None:
         """Wait, with signs of life, until a monotonic time, ns."""
@@ -137,12 +145,10 @@ class WallMachine:
         before = self._before
         machine, command = (self._machine, {}) if before is None else (before, self._command)
         self._machine, self._live.tripped = machine, True
-        elapsed = self._releases.ticks(time.monotonic_ns()) - machine.time
         try:
-            if elapsed > 0 and not machine.done:
+            if (elapsed := self._until(time.monotonic_ns())) and not machine.done:
                 machine.step(command, elapsed)
-            if not machine.done:
-                machine.step(safe, 0)
+            take_safe(machine, safe, self._samples)
         except Exception as error:
             self._forwarding.refused(error)
 
@@ -150,3 +156,16 @@ class WallMachine:
         """Stop the guard."""
         self._over.set()
         self._guard.join()
+
+
+def samples_of(plant: Plant) -> int:
+    """Ticks between two samples of the machine's own computer, which takes commands only then."""
+    return int(getattr(plant, "sample_ticks", 1))
+
+
+def take_safe(machine: Machine, safe: Mapping[str, Any], samples: int) -> None:
+    """Let a simulated machine take the safe command, one with a computer of its own at its next sample."""
+    if not machine.done:
+        machine.step(safe, 0)
+    if samples > 1 and not machine.done:
+        machine.step({}, samples)

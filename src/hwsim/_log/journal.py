@@ -155,9 +155,12 @@ class Journal:
             return rows
 
     def add(self, number: int, part: LivePart, acts: Sequence[OperatorAct] = ()) -> None:
-        """Write a part and what the operator did durably, in one transaction (private to this package)."""
+        """Write a part and what the operator did durably, in one transaction (private to this package).
+
+        It takes the place of an aborted last part of the same number.
+        """
         row = (number, outcome_json(part), *packed(part, deflate=not self._old))
-        told = [json.dumps(act) for act in acts]
+        told = _texts(acts)
         if self._old:
             written = journal_file.append_old(self._database, row)
         else:
@@ -167,16 +170,17 @@ class Journal:
                 f"part {number} is in {str(self.path)!r} already: another run is writing there"
             )
 
-    def ready_for_clock(self, *, again: bool) -> None:
-        """Prepare a run against the clock; `again`: an aborted last part is run again (private)."""
+    def note(self, acts: Sequence[OperatorAct]) -> None:
+        """Write what the operator did where no part follows (private to this package)."""
+        journal_file.note(self._database, _texts(acts))
+
+    def ready_for_clock(self) -> None:
+        """Refuse a run against the clock into a journal of version 0.1.0 (private to this package)."""
         if self._old:
             raise ValueError(
                 "journal must be a new file for a run against the clock; "
                 f"{str(self.path)!r} is of version 0.1.0"
             )
-        rows = self._rows()
-        if again and rows and json.loads(rows[-1][1]).get("aborted") == 1.0:
-            journal_file.drop_last(self._database)
 
     @property
     def acts(self) -> tuple[OperatorAct, ...]:
@@ -197,6 +201,10 @@ class Journal:
 
     def __repr__(self) -> str:
         return f"<hwsim.Journal: {self.parts} parts in {str(self.path)!r}>"
+
+
+def _texts(acts: Sequence[OperatorAct]) -> list[str]:
+    return [json.dumps(act) for act in acts]
 
 
 def _is_print(written: str | None, thing: Any) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from hwsim._log import chain
-from hwsim._log.labels import Labels
+from hwsim._log.labels import Labels, aborted
 from hwsim._log.packed import unpacked
 from sdpgrind.base import records
 from sdpgrind.base.damaged import DamagedFileError
@@ -81,9 +81,14 @@ def count(database: sqlite3.Connection) -> int:
 
 
 def append(database: sqlite3.Connection, row: Row, acts: Sequence[str] = ()) -> bool:
-    """Write a part, acts of the operator and the heads in one transaction; False: not the next part."""
+    """Write a part, acts of the operator and the heads in one transaction; False: not the next part.
+
+    An aborted last part of the same number is replaced.
+    """
     with database:
         database.execute("BEGIN IMMEDIATE")
+        if _last_aborted(database) == row[0]:
+            _drop_last(database)
         count, _, last = str(database.execute(_HEAD_OF).fetchone()[0]).partition(":")
         if int(count) != row[0]:
             return False
@@ -98,6 +103,13 @@ def _set(database: sqlite3.Connection, key: str, value: str) -> None:
     database.execute("UPDATE run SET value = ? WHERE key = ?", (value, key))
 
 
+def note(database: sqlite3.Connection, acts: Sequence[str]) -> None:
+    """Write acts of the operator in one transaction."""
+    with database:
+        database.execute("BEGIN IMMEDIATE")
+        _note(database, acts)
+
+
 def _note(database: sqlite3.Connection, acts: Sequence[str]) -> None:
     """Write acts of the operator, within a transaction."""
     count, _, last = str(database.execute(_ACTS_OF).fetchone()[0]).partition(":")
@@ -109,15 +121,19 @@ def _note(database: sqlite3.Connection, acts: Sequence[str]) -> None:
     _set(database, chain.ACTS, chain.head(number, last))
 
 
-def drop_last(database: sqlite3.Connection) -> None:
-    """Remove the last part, and set the head to the one before."""
-    with database:
-        database.execute("BEGIN IMMEDIATE")
-        database.execute("DELETE FROM part WHERE number = (SELECT max(number) FROM part)")
-        begun = database.execute("SELECT value FROM run WHERE key = ?", (chain.BEGUN,)).fetchone()[0]
-        last = database.execute("SELECT number, digest FROM part ORDER BY number DESC LIMIT 1").fetchone()
-        number, digest = last or (-1, begun)
-        _set(database, chain.HEAD, chain.head(number + 1, digest))
+def _last_aborted(database: sqlite3.Connection) -> int:
+    """Number of the last part where it was aborted; -1 otherwise."""
+    last = database.execute("SELECT number, outcome FROM part ORDER BY number DESC LIMIT 1").fetchone()
+    return int(last[0]) if last and aborted(json.loads(last[1])) else -1
+
+
+def _drop_last(database: sqlite3.Connection) -> None:
+    """Remove the last part, and set the head to the one before, within a transaction."""
+    database.execute("DELETE FROM part WHERE number = (SELECT max(number) FROM part)")
+    begun = database.execute("SELECT value FROM run WHERE key = ?", (chain.BEGUN,)).fetchone()[0]
+    last = database.execute("SELECT number, digest FROM part ORDER BY number DESC LIMIT 1").fetchone()
+    number, digest = last or (-1, begun)
+    _set(database, chain.HEAD, chain.head(number + 1, digest))
 
 
 @contextlib.contextmanager

@@ -20,6 +20,14 @@ LIVE_OUTCOMES: Final = {
     "safe_by": "",
 }
 """Name -> unit of the outcomes that it adds."""
+LIVE_PREFIX: Final = "live_"
+"""Before the name of one that the plant has, too."""
+
+
+def aborted(outcome: Mapping[str, Any]) -> bool:
+    """Whether a part was made safe before its end."""
+    told = outcome.get(f"{LIVE_PREFIX}aborted", outcome.get("aborted", 0.0))
+    return bool(told == 1.0)
 
 
 @dataclass(frozen=True)
@@ -75,8 +83,8 @@ class Labels:
         if name in self.outcomes:
             unit, dimension = self.outcomes[name]
             return dimension, _attributes(name, unit)
-        if name in LIVE_OUTCOMES:
-            return "", _attributes(name, LIVE_OUTCOMES[name])
+        if (bare := name.removeprefix(LIVE_PREFIX)) in LIVE_OUTCOMES:
+            return "", _attributes(name, LIVE_OUTCOMES[bare])
         return f"{name}_index", self._planned(name)
 
     def _planned(self, name: str) -> dict[str, str]:

@@ -16,7 +16,7 @@ import numpy as np
 from hwsim._live.live import Aborted, Live
 from hwsim._live.series import check_live, operated, rehearse, run_live
 from hwsim._log.journal import Journal
-from hwsim._log.labels import Labels
+from hwsim._log.labels import Labels, aborted
 from hwsim._log.log import Log
 from hwsim._loop.check import checked_clock, other_job
 from hwsim._part.clock import Clock
@@ -72,7 +72,8 @@ def run(
         change (``after``, see `hwsim.protocols`).
     live : Live, optional
         Run against the clock, with a safe command, a deadline and an operator; see `Live`. Not with
-        `executor`. An aborted part stays in the journal; a run that resumes with `live` does it again.
+        `executor`. An aborted part stays in the journal. A run that resumes does it again on a simulated
+        plant; on a real machine it goes on with the next.
     progress : callable(share, text), True or None
         Called with the completed share (0..1) and a text; True: a line with the time left. Default: silent.
 
@@ -87,7 +88,8 @@ def run(
         Before the first tick: controller and plant do not fit (see `check`), or the journal is of another
         run. During the run: an unknown or NaN command, or one that the machine refuses.
     Aborted
-        With `live`, whatever ended the part, once the machine is safe.
+        With `live`, whatever ended the part, once the machine is safe. Errors before the first step (`start`
+        of the plant, `reset` of the controller) are raised as they are: nothing has moved.
 
     Examples
     --------
@@ -121,15 +123,17 @@ def run(
             raise ValueError(
                 "executor must be None where live is given: one machine makes one part at a time"
             )
-        rehearse(plant, controller, clock)
+        rehearse(plant, controller, clock, live)
     labels = Labels.of(plant, controller)
     with _book(
         journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels
     ) as book:
         series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels, KeptMotions(), live)
         if book and live:
-            book.ready_for_clock(again=not hasattr(plant, "start_live"))  # a simulated part can be run again
+            book.ready_for_clock()
         done = [series.kept.of(part) for part in book.read(parts)] if book else []
+        if done and aborted(done[-1].outcome) and not hasattr(plant, "start_live"):
+            done.pop()  # a simulated part is run again, from its own seed
         for part in done:
             series.learn(part)
         waiting = islice(enumerate(one_by_one(rng)), len(done), parts)
@@ -179,7 +183,7 @@ class RunSeries:
 
     def learn(self, part: LivePart) -> None:
         """Update the plant by a finished part, and the controller by the adaptation."""
-        if part.outcome.get("aborted", 0.0) == 1.0:  # it tells nothing about a whole part
+        if aborted(part.outcome):  # it tells nothing about a whole part
             return
         after = getattr(self.plant, "after", None)
         if after is not None:
@@ -207,20 +211,27 @@ class RunSeries:
                 for part in self.in_order(waiting, executor):
                     self._write(book, len(done), part)
                     yield part
+                self._note(book)
             except Aborted as error:
                 if error.part is not None:
                     done.append(self.kept.of(error.part))
                 error.log = Log.of(done, self.labels)
-                if error.part is not None:
-                    try:
+                try:
+                    if error.part is not None:
                         self._write(book, len(done) - 1, done[-1])
-                    except Exception as refused:
-                        error.add_note(f"and the journal could not be written: {refused}")
+                    self._note(book)
+                except Exception as refused:
+                    error.add_note(f"and the journal could not be written: {refused}")
                 raise
 
     def _write(self, book: Journal | None, number: int, part: LivePart) -> None:
         if book:
             book.add(number, part, self.live.taken_acts() if self.live else ())
+
+    def _note(self, book: Journal | None) -> None:
+        """Write what the operator did after the last part."""
+        if book and self.live and (acts := self.live.taken_acts()):
+            book.note(acts)
 
     def in_order(self, waiting: Iterable[Numbered], executor: Executor | None) -> Iterator[LivePart]:
         """Run the waiting parts and yield them in order, each as soon as it is finished, as `kept`."""

@@ -93,10 +93,15 @@ class PartLoop:
             if not event and machine.time == now and not machine.done:
                 raise RuntimeError("nothing is under way and nothing was commanded: the part would never end")
 
-    def try_first_step(self) -> None:
-        """Step the controllers once and command nothing: what is compiled at first use is ready then."""
-        self._reading = _whole(self.machine.step(_NOTHING, 0), self._measures)
-        _decide(self.tiers, self.machine.time, True, self._reading)
+    def try_first_step(self, *, advance: bool = False) -> None:
+        """Step the controllers once: what is compiled at first use is ready then.
+
+        `advance`: let the machine go on to the second step; otherwise nothing is commanded.
+        """
+        self._reading, now = _whole(self.machine.step(_NOTHING, 0), self._measures), self.machine.time
+        command, _ = _decide(self.tiers, now, True, self._reading)
+        if advance:
+            self.machine.step(command, _wait(self.tiers, now))
 
     def answered(self) -> None:
         """Keep the rows of the last steps: the machine has taken their commands."""

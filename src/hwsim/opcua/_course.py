@@ -6,6 +6,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from hwsim._live.releases import NANOSECONDS
+from hwsim._live.wall import take_safe
 from hwsim._part.clock import exact
 from hwsim.opcua._driver import Refused
 from hwsim.protocols import FOREVER, Machine
@@ -127,9 +128,8 @@ class PacedPart:
             return
         self.latched = reason
         try:
-            self.machine.step(safe, 0)
-            if not self.machine.done:  # its computer may take commands at the next sample only
-                self.reading = self.machine.step({}, self._samples)
+            take_safe(self.machine, safe, self._samples)
+            self.reading = self.machine.step({}, 0)
         except Exception as error:
             self.latched = f"{reason}; the safe command was refused: {error}"
         self._held |= safe
