@@ -41,6 +41,7 @@ EXEMPT = {
     "hwsim.OpcuaPlant.start": "a source of random numbers in, a machine out",
     "hwsim.OpcuaPlant.url": "an address",
     "hwsim.opcua.Served": "a server",
+    "hwsim.OpcuaPlant.lockstep": "yes or no",
     "hwsim.opcua.Served.url": "an address",
     "hwsim.opcua.Served.stop": "ends a server",
     "hwsim.opcua.make_keys": "keys",

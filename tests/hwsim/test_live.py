@@ -319,7 +319,7 @@ def test_a_safe_command_that_the_machine_never_takes_is_refused_before_the_first
         def with_tick(self, tick):
             return Never(self.level, tick, self.alarm, self.leak)
 
-    with pytest.raises(ValueError, match="safe must be a command that the machine takes .*valve is stuck"):
+    with pytest.raises(ValueError, match=r"safe must be a command that the machine takes .*valve is stuck"):
         hwsim.run(Never(level=4.0, tick=PERIOD / 2), Drain(10.0, PERIOD), live=live())
 
 

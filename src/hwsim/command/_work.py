@@ -2,11 +2,14 @@
 
 import argparse
 import sys
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hwsim.command._machine import Stage, add_machine, check_machine, staged
 from hwsim.command._run_folder import RunFolder, differences, paged, with_kept
+from hwsim.command._statuses import FAILED, OK, ended
 from hwsim.command._times import UNKNOWN, Outlook
 from hwsim.command.base import AreaCommand, Job
 from sdpgrind.base.brief import counted
@@ -17,7 +20,6 @@ if TYPE_CHECKING:
 
 
 PARTS = 20  # default; chosen: the standard error of a mean is below a quarter of the scatter
-NOTHING_FINISHED = 1  # exit status when every part was broken off; chosen: 2 is wrong input
 
 
 def add_to(subparsers: Any, area: AreaCommand) -> None:
@@ -43,22 +45,28 @@ def add_to(subparsers: Any, area: AreaCommand) -> None:
         metavar="p.nc",
         help=f"follow this saved {word} instead of planning",
     )
-    parser.add_argument("--parts", type=int, metavar="N", help=f"number of {area.part}s ({PARTS})")
+    parser.add_argument(
+        "--parts", type=int, metavar="N", help=f"number of {area.part}s ({PARTS}; on a --machine 1)"
+    )
     parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
     if area.tolerance:
         parser.add_argument("--tolerance", type=float, help=area.tolerance)
     parser.add_argument("--no-pictures", action="store_true", help="draw nothing")
+    add_machine(parser)
     parser.set_defaults(work=partial(work, area), tolerance=None)
 
 
 def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
-    """Carry out the command and return the exit status: 0, or 1 where every part was broken off."""
-    outlook = _foretold(area, arguments)
+    """Carry out the command and return the exit status: 0, or 1 where a part was broken off or aborted."""
+    check_machine(arguments)
+    simulated = arguments.serve is None and arguments.machine is None
+    outlook = _foretold(area, arguments) if simulated else UNKNOWN
     live = getattr(arguments, "live", False)  # it draws on the terminal
+    still = live or arguments.serve is not None  # a server has no end that could be told
     known = 0.0 if outlook is UNKNOWN else outlook.whole
-    shown = Speaker(shown=not live, whole=known)
-    with shown as line, reported(None if live else line, lambda: silent) as told:
+    shown = Speaker(shown=not still, whole=known)
+    with shown as line, reported(None if still else line, lambda: silent) as told:
         arguments.plan_progress = portion(told, 0.0, outlook.ends()[0])
         arguments.run_progress = portion(told, *outlook.ends())
         return _carried_out(area, arguments)
@@ -82,39 +90,63 @@ def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
     if (text := area.instead(title, job, arguments)) is not None:
         print(text)
         return 0
+    if arguments.serve is not None:
+        return _served(area, job, given, arguments)
     if arguments.parts is None:
-        arguments.parts = PARTS
-    if arguments.out is None:
-        return _ran(area, job, given, None, title, arguments)
-    with RunFolder(arguments.out, area.plan_word, partial(_loaded, area)) as folder:
-        return _ran(area, job, given, folder, title, arguments)
+        arguments.parts = PARTS if arguments.machine is None else 1
+    with ExitStack() as held:
+        stage = held.enter_context(staged(job.stand, arguments))
+        folder = None
+        if arguments.out is not None:
+            folder = held.enter_context(RunFolder(arguments.out, area.plan_word, partial(_loaded, area)))
+        return _ran(area, job, given, stage, folder, title, arguments)
+
+
+def _served(area: AreaCommand, job: Job, given: Any, arguments: argparse.Namespace) -> int:
+    """Serve the stand of the job, with a controller where it is the machine's own control."""
+    from hwsim.command._serving import serve_job
+
+    controller = None
+    if arguments.own_control:
+        controller = job.controller(_plan(area, job, given, None, arguments))
+    return serve_job(job.stand, controller, arguments)
 
 
 def _ran(
     area: AreaCommand,
     job: Job,
     given: Any,
+    stage: Stage,
     folder: RunFolder | None,
     title: str,
     arguments: argparse.Namespace,
 ) -> int:
     """Plan, run, keep and report; return the exit status."""
-    if folder is not None:
-        folder.refuse_other_plan(job.problem, given)
-        folder.refuse_other_run(plant=job.stand, rng=arguments.rng)
+    _refuse_others(job, given, stage, folder, arguments)
     plan = _plan(area, job, given, folder, arguments)
     _write_files(area, plan, arguments)
     if folder is not None:
         folder.refuse_other_run(controller=job.controller(plan))
         folder.begin(plan)
-    log = _run(area, job, plan, folder, arguments)
+        _refuse_others(job, given, stage, folder, arguments)  # another may have begun before it was locked
+        folder.refuse_other_run(controller=job.controller(plan))
+    log, stopped = _run(area, job, plan, stage, folder, arguments)
     kept = [] if folder is None else _kept(area, arguments, folder, title, log, plan)
     text = area.report(title, log, plan, job)
     if len(log) > arguments.parts:
         held = f"{folder} held {counted(len(log), f'finished {area.part}')} already"
         text = f"{text}\n\n{held}: all of them are reported, not {arguments.parts}"
     print(text if folder is None else with_kept(text, folder, kept))
-    return _status(log)
+    return _status(log) if stopped is None else ended(stopped)
+
+
+def _refuse_others(
+    job: Job, given: Any, stage: Stage, folder: RunFolder | None, arguments: argparse.Namespace
+) -> None:
+    """Refuse a folder of another run."""
+    if folder is not None:
+        folder.refuse_other_plan(job.problem, given)
+        folder.refuse_other_run(plant=stage.plant, rng=arguments.rng)
 
 
 def _kept(
@@ -135,9 +167,8 @@ def run_page(
     from hwsim._report.log_page import report
 
     told = f"{title}: {counted(len(log), area.part)}"
-    return report(
-        log, path, plan, title=told, command=_told(area, arguments), pictures=not arguments.no_pictures
-    )
+    command = _told(area, arguments) if arguments.machine is None else None  # a machine runs nothing again
+    return report(log, path, plan, title=told, command=command, pictures=not arguments.no_pictures)
 
 
 def _told(area: AreaCommand, arguments: argparse.Namespace) -> dict[str, Any]:
@@ -162,7 +193,7 @@ def _told(area: AreaCommand, arguments: argparse.Namespace) -> dict[str, Any]:
 def _status(log: "Log") -> int:
     from hwsim._report.worst import broken_off
 
-    return NOTHING_FINISHED if all(broken_off(log.outcome)) else 0
+    return FAILED if any(broken_off(log.outcome)) else OK
 
 
 def announce(text: str) -> None:
@@ -261,8 +292,15 @@ def _check_error(
 
 
 def _run(
-    area: AreaCommand, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace
-) -> "Log":
+    area: AreaCommand,
+    job: Job,
+    plan: Any,
+    stage: Stage,
+    folder: RunFolder | None,
+    arguments: argparse.Namespace,
+) -> tuple["Log", Exception | None]:
+    """Run the parts; return their log, and why they were stopped where one was aborted."""
+    from hwsim._live.live import Aborted
     from hwsim._loop.loop import run
 
     journal = None if folder is None else folder.journal
@@ -271,12 +309,19 @@ def _run(
     adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
     if finished < parts:
         announce(f"running {counted(parts - finished, area.part)}")
-    return run(
-        job.stand,
-        controller,
-        parts=parts,
-        rng=arguments.rng,
-        adapt=adapt,
-        journal=journal,
-        progress=arguments.run_progress,
-    )
+    try:
+        log = run(
+            stage.plant,
+            controller,
+            parts=parts,
+            rng=arguments.rng,
+            adapt=adapt,
+            journal=journal,
+            live=stage.live,
+            progress=arguments.run_progress,
+        )
+    except Aborted as error:
+        if not len(error.log):
+            raise
+        return error.log, error
+    return log, None

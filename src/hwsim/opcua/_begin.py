@@ -11,7 +11,7 @@ from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._shadow import followed
 from sdpgrind.base import checks
 
-_EXCHANGES = 3  # round trips that a deadline must be longer than; source: the issue of live runs
+_EXCHANGES = 3  # round trips that a deadline must be longer than; chosen: read, write, one that is late
 
 
 def begun(

@@ -20,7 +20,7 @@ _OURS: Final = (
     "1", "mm", "s", "mm/s", "mm/s^2", "N", "W", "rad", "rad/s", "rad/s^2", "mm^3/s", "mm^2", "kg", "A", "J",
 )  # fmt: skip
 _TICK, _TIMEOUT = 1e-3, 0.5  # s; chosen: fine enough for any period; a machine's watchdog is not known
-_EXCHANGES, _BEGUN = 20, 5.0  # source: the issue of live runs; s, chosen: a part begins within it
+_EXCHANGES, _BEGUN = 20, 5.0  # chosen: a median of them is steady; s, chosen: a part begins within it
 _INTEGERS = (
     "SByte", "Byte", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
 )  # fmt: skip

@@ -19,7 +19,7 @@ logging.getLogger("asyncua").addHandler(logging.NullHandler())  # else its warni
 CONNECTING, CLOSING = 10.0, 1.0  # s; chosen: a login takes 0.1 s, a dead peer never answers
 GONE = 600_000  # ms; chosen: the longest that asyncua grants; a served machine revises it
 ANSWER, STEP = 2.0, 600.0  # s; chosen: an answer takes milliseconds, a step in lockstep may compile first
-_WAITS = (0.1, 0.2, 0.4, 0.8, 1.6, *(2.0,) * 12)  # s between attempts; source: the issue of this client
+_WAITS = (0.1, 0.2, 0.4, 0.8, 1.6, *(2.0,) * 12)  # s between attempts; chosen: soon, then seldom
 _FAULTS = (OSError, asyncio.TimeoutError, ua.UaError)
 
 

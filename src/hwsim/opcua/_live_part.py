@@ -22,7 +22,7 @@ from hwsim.opcua._pulse import BEATS, Pulse
 from hwsim.opcua._sample import ReadSample, within
 
 _STALE = 0.5  # s; measured: a computer with 5 tasks a core pauses for 0.24 s; samples come each 10 ms
-_PERIODS = 2  # source: the issue of live runs
+_PERIODS = 2  # chosen: one sample may be missing
 
 
 class RemotePart:

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from hwsim._live.machine import LiveMachine
     from hwsim.opcua._declaration import Declaration
 
-    pass
-
 
 class OpcuaPlant:
     """A plant whose machine is behind OPC UA: one of `hwsim.serve`, or a foreign one with a table of nodes.
@@ -93,7 +91,7 @@ class OpcuaPlant:
             found: Any = ForeignMachine.found(self._link, table) if table else Remote.found(self._link)
             self._remote: Any = self._link.loop.run(found)
             self._told: Declaration = self._link.loop.run(self._remote.declaration())
-            if self._told.speed is None:
+            if self.lockstep:
                 self._link.patient()
                 self._link.connect()
         except BaseException:
@@ -143,6 +141,11 @@ class OpcuaPlant:
         return self._told.tick
 
     @property
+    def lockstep(self) -> bool:
+        """Whether the machine advances by the steps of its client, and has no clock of its own."""
+        return self._told.speed is None
+
+    @property
     def identity(self) -> tuple[Any, ...]:
         """What tells the machine from others in a journal: its declarations, not its address."""
         told = self._told
@@ -173,7 +176,7 @@ class OpcuaPlant:
         from hwsim.opcua._packing import seed_text
         from hwsim.opcua._remote import LockstepPart
 
-        if self._told.speed is not None:
+        if not self.lockstep:
             raise ValueError(
                 f"live must be given: the machine at {self.url} keeps its own time; "
                 "hwsim.run(..., live=hwsim.Live(safe=...))"
@@ -269,7 +272,7 @@ class OpcuaPlant:
         )
 
     def __repr__(self) -> str:
-        how = "lockstep" if self._told.speed is None else f"{self._told.speed:g} s a second"
+        how = "lockstep" if self.lockstep else f"{self._told.speed:g} s a second"
         return f"<hwsim.OpcuaPlant: {self._told.plant} at {self.url}, {how}>"
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from hwsim.opcua._packing import outcome_text
 from hwsim.opcua._space import Space
 
-_KEPT = 64  # outcomes; source: the issue of this server, a shift of parts
+_KEPT = 64  # outcomes; chosen: a shift of parts
 _LONG = 16384  # characters of an outcome in the list; chosen: 64 of them stay below a message of 1 MiB
 
 

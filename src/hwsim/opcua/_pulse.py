@@ -13,7 +13,7 @@ from hwsim.opcua._link import reads, writes
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._sample import ReadSample
 
-BEATS = 4  # signs of life a deadline; source: the issue of live runs
+BEATS = 4  # signs of life a deadline; chosen: one or two may be late
 _FEWEST, _MOST = 0.01, 0.05  # s between two reads; chosen: events and aborts are seen within 10 to 50 ms
 
 

@@ -23,7 +23,7 @@ _OF_MACHINE: Final = (
     "Production.stops",
     "Production.paused",
 )
-_EXCHANGES = 20  # source: the issue of live runs
+_EXCHANGES = 20  # chosen: a median of them is steady
 
 
 class Remote:

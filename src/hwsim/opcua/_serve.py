@@ -21,7 +21,9 @@ logging.getLogger("asyncua").addHandler(logging.NullHandler())  # else its warni
 
 
 class Served:
-    """A served plant, in a thread of its own; a context manager that stops it. Made by `serve`.
+    """A served plant, in a thread of its own; a context manager that stops it.
+
+    Made by `serve`, of the house of a server and its thread (private to this package).
 
     Examples
     --------
