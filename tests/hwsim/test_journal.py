@@ -151,6 +151,15 @@ def test_journal_of_another_run_is_refused(tmp_path, change, named):
         assert journal.parts == 1
 
 
+@pytest.mark.parametrize("name", [":memory:", "b" * 240])
+def test_any_name_of_a_file_is_one(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    log = hwsim.run(noisy_tank(), Drain(), rng=3, journal=name)
+    with hwsim.Journal(name) as journal:
+        assert journal.parts == len(log) == 1
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+
+
 def test_two_runs_on_one_journal(tmp_path):
     path = tmp_path / "run.db"
 

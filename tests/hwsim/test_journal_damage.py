@@ -335,6 +335,21 @@ def test_what_cannot_be_read_of_the_first_version_is_damage(tmp_path, what):
             assert journal.parts == 1 and journal.has_digests
 
 
+def test_a_journal_that_lost_the_digests_of_its_run_is_not_taken_for_an_old_one(path, capsys):
+    change(
+        path,
+        "DELETE FROM run WHERE key IN ('begun', 'head', 'acts')",
+        "UPDATE run SET value = '1' WHERE key = 'version'",
+    )
+    with pytest.raises(sdpgrind.DamagedFileError, match="part 4 is the last good one"):
+        hwsim.Journal(path)
+    change(path, "UPDATE part SET outcome = '{}' WHERE number = 3")
+    target = path.with_name("good.db")
+    assert main(["verify", str(path), "--salvage", str(target)]) == 3
+    with hwsim.Journal(target) as journal:
+        assert journal.parts == 3
+
+
 def test_an_unknown_version_without_digests_is_refused_by_its_number(tmp_path):
     path = old(tmp_path)
     change(path, "UPDATE run SET value = '0' WHERE key = 'version'")

@@ -140,9 +140,7 @@ def test_wrong_options_of_a_machine(machine, capsys):
 def test_without_a_server_the_status_is_that_of_the_environment(capsys):
     options = ["--machine", "opc.tcp://127.0.0.1:1", *OPEN, "--safe", "retract=1"]
     assert main(["plunge", "--preset", "simulation", *options]) == 3
-    assert without_news(capsys.readouterr().err).startswith(
-        "hwsim: no session at opc.tcp://127.0.0.1:1: "
-    )
+    assert without_news(capsys.readouterr().err).startswith("hwsim: no session at opc.tcp://127.0.0.1:1: ")
 
 
 def test_with_keys_and_passwords(plan, tmp_path, monkeypatch, capsys):

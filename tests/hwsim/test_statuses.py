@@ -1,5 +1,6 @@
 """Exit statuses of commands, their one line of text, and the lock of a folder."""
 
+import errno
 import os
 import re
 import resource
@@ -16,6 +17,7 @@ import pytest
 import hwsim
 from hwsim._log.journal import SecondWriterError
 from hwsim.cli import main
+from hwsim.command import _lock
 from hwsim.command._lock import LockedError, locked
 from hwsim.command._statuses import Terminated, ended
 from sdpgrind.base.whole_files import remove_leftovers, whole_file
@@ -74,6 +76,15 @@ def test_a_second_writer_is_refused_with_the_first_ones_name(tmp_path, capsys):
         assert main([*BEADS, "--parts", "1", "--out", str(tmp_path)]) == 3
     said = capsys.readouterr().err.splitlines()[-1]
     assert said.startswith(f"hwsim: {tmp_path} is being written by process {os.getpid()} on ")
+
+
+def test_a_disk_that_has_no_locks_is_not_called_locked(tmp_path, monkeypatch):
+    def no_locks(handle):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(_lock, "_lock", no_locks)
+    with pytest.raises(OSError, match="No locks available"), locked(tmp_path):
+        pass
 
 
 def test_the_lock_is_free_again_after_its_owner_was_killed(tmp_path):

@@ -68,7 +68,7 @@ def create(path: str | os.PathLike[str], run: Mapping[str, str]) -> None:
 
 def connected(path: Path) -> sqlite3.Connection:
     """Open the database of a journal."""
-    return sqlite3.connect(path, timeout=PATIENCE, isolation_level=None)
+    return sqlite3.connect(path.absolute(), timeout=PATIENCE, isolation_level=None)
 
 
 def count(database: sqlite3.Connection) -> int:
@@ -194,9 +194,9 @@ def version(run: Mapping[str, str], database: sqlite3.Connection, path: Path) ->
     """Return the version of a journal from its table ``run``, whose digest must be right."""
     told = run.get("version", "")
     sealed = run.get(chain.BEGUN) == chain.begun(run)
-    if (told == OLD and not has_digests(run)) or (told == VERSION and sealed):
+    if is_old(run, database) or (told == VERSION and sealed):
         return told
-    if sealed or not has_digests(run):
+    if sealed or not (has_digests(run) or _has_digest_column(database)):
         known = f"of version {OLD} or {VERSION}"
         raise ValueError(f"path must be a journal {known}; {str(path)!r} is of version {told or 'unknown'}")
     good = 0
@@ -204,6 +204,19 @@ def version(run: Mapping[str, str], database: sqlite3.Connection, path: Path) ->
         for number, *_ in good_rows(database, run):
             good = number + 1
     raise BrokenError("its table of the run is not as it was written", good).told(path)
+
+
+def is_old(run: Mapping[str, str], database: sqlite3.Connection) -> bool:
+    """Whether a journal is of version 0.1.0."""
+    return run.get("version") == OLD and not (has_digests(run) or _has_digest_column(database))
+
+
+def _has_digest_column(database: sqlite3.Connection) -> bool:
+    """Whether the table of parts has digests, which version 0.1.0 did not write."""
+    try:
+        return any(row[1] == "digest" for row in database.execute("PRAGMA table_info(part)"))
+    except _FAULTS:
+        return False
 
 
 def described(run: Mapping[str, str], path: Path) -> tuple[Labels, dict[str, str]]:

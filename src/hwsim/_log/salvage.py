@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from hwsim._log import journal_file
-from hwsim._log.journal_file import OLD, VERSION, BrokenError, Row
+from hwsim._log.journal_file import VERSION, BrokenError, Row
 from sdpgrind.base.damaged import DamagedFileError
 from sdpgrind.base.whole_files import whole_file
 
@@ -58,7 +58,7 @@ def _copied(path: Path, folder: Path) -> sqlite3.Connection:
 
 def _good(database: sqlite3.Connection, run: dict[str, str]) -> tuple[list[Row], str]:
     """The parts before the damage, and what is wrong."""
-    old = run.get("version") == OLD and not journal_file.has_digests(run)
+    old = journal_file.is_old(run, database)
     found = journal_file.good_old_rows(database) if old else journal_file.good_rows(database, run)
     rows: list[Row] = []
     try:
@@ -72,5 +72,5 @@ def _good(database: sqlite3.Connection, run: dict[str, str]) -> tuple[list[Row],
 def _good_acts(database: sqlite3.Connection, run: dict[str, str]) -> list[str]:
     """What the operator did; none where it is not as it was written."""
     with contextlib.suppress(BrokenError):
-        return [] if run.get("version") == OLD else journal_file.acts(database, run)
+        return [] if journal_file.is_old(run, database) else journal_file.acts(database, run)
     return []

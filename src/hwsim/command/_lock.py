@@ -1,6 +1,7 @@
 """One writer a folder: a file that the operating system locks, so that death releases it."""
 
 import contextlib
+import errno
 import os
 import socket
 import sys
@@ -9,6 +10,9 @@ from pathlib import Path
 from typing import Final
 
 NAME: Final = "run.lock"
+
+
+_TAKEN: Final = (errno.EAGAIN, errno.EACCES, errno.EWOULDBLOCK, errno.EDEADLK)
 
 
 class LockedError(OSError):
@@ -40,7 +44,10 @@ def _held(path: Path) -> int:
                 return handle
         except FileNotFoundError:
             pass
-        except OSError:
+        except OSError as error:
+            if error.errno not in _TAKEN:  # a disk without locks, say
+                os.close(handle)
+                raise
             owner = os.read(handle, 200).decode(errors="replace")
             os.close(handle)
             raise LockedError(f"{path.parent} is being written by {owner or 'another process'}") from None

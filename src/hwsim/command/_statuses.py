@@ -5,7 +5,6 @@ import signal
 import sys
 import tempfile
 import traceback
-from pathlib import Path
 from types import FrameType
 from typing import Final
 
@@ -97,12 +96,13 @@ def _one_line(error: BaseException) -> str:
 
 def _kept(error: BaseException) -> str:
     """Write the traceback to a file and return its path, or that it could not be written."""
-    path = Path(tempfile.gettempdir(), f"hwsim-fault-{os.getpid()}.txt")
     try:
-        path.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+        handle, path = tempfile.mkstemp(prefix="hwsim-fault-", suffix=".txt")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.writelines(traceback.format_exception(error))
     except OSError as refused:
         return f"no file ({refused})"
-    return str(path)
+    return path
 
 
 def forget_output() -> None:

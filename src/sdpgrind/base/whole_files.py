@@ -10,6 +10,7 @@ from pathlib import Path
 
 from sdpgrind.base import checks
 
+_NAME = 100  # characters of the name that a temporary file keeps; chosen: with the rest below the usual 255
 _OWNER = re.compile(r"\..+\.(\d+)@([\w-]+)\.\w+\.part")
 """Name of a temporary file: of the file, process, computer, and what makes it unique."""
 
@@ -22,7 +23,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise ValueError(f"path must be a file; got {os.fspath(path)!r}")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"path must lie in an existing folder; got {str(target)!r}")
-    owner = f".{target.name}.{os.getpid()}@{_computer()}."
+    owner = f".{target.name[:_NAME]}.{os.getpid()}@{_computer()}."
     handle, name = tempfile.mkstemp(prefix=owner, suffix=".part", dir=target.parent)
     os.close(handle)
     temporary = Path(name)
