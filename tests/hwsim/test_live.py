@@ -188,6 +188,7 @@ def test_an_event_within_a_late_step_is_told_when_it_was():
     assert float(at.level) == pytest.approx(0.7)
     due = log["tap"].time.values[:-1] / PERIOD
     np.testing.assert_allclose(due, np.round(due), rtol=0, atol=1e-9)
+    assert hwsim.run(hwsim.Recording(log), Alarm(Drain(10.0, PERIOD))).outcome.same.all()
 
 
 def test_a_wait_longer_than_the_deadline_is_no_hang():

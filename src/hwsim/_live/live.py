@@ -13,6 +13,7 @@ from sdpgrind.base import checks
 if TYPE_CHECKING:
     from hwsim._log.log import Log
 
+DEADLINE = 0.05  # s; chosen: a step takes milliseconds, and a machine moves little meanwhile
 _POLL = 0.02  # s; chosen: below what an operator notices
 
 
@@ -95,7 +96,7 @@ class Live:
         self,
         *,
         safe: Mapping[str, float] | None = None,
-        deadline: float = 0.05,
+        deadline: float = DEADLINE,
         stale: float | None = None,
         overruns: str = "count",
         shadow: bool = False,

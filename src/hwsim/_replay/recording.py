@@ -167,17 +167,14 @@ class Recording:
             for row, when in enumerate(zip(table["time"].tolist(), again.tolist(), strict=True)):
                 at.setdefault(when, {})[tier] = row
         passes = _with_events(self._tables)
-        timed = {tier for tier, table in self._tables.items() if "overrun" in table}
+        late = [span for table in self._tables.values() if "overrun" in table for span in _late(table)]
         for (time, _), here in sorted(at.items()):
             reading: dict[str, Any] = {}
             commands: dict[str, Any] = {}
             for tier, row in here.items():
                 for name, values in self._tables[tier].items():
                     self._sort(name, self._motion(tier, name, row, _entry(values, row)), reading, commands)
-            # NaN at the end of a part, which may come within a late step
-            missed = any(
-                self._tables[tier]["overrun"][row] != 0 for tier, row in here.items() if tier in timed
-            )
+            missed = any(begin < time <= end for begin, end in late)
             yield Instant(time, reading, commands, bool(passes & here.keys()), missed)
 
     def _motion(self, tier: str, name: str, row: int, value: Any) -> Any:
@@ -236,11 +233,27 @@ def _on_a_grid(times: list[float]) -> float | None:
 
 def _with_events(tables: Mapping[str, Mapping[str, Column]]) -> set[str]:
     """Tiers stepped at events: those of uneven steps or twice at one time, else those with the fewest."""
-    steps = {tier: np.diff(table["time"][:-1]) for tier, table in tables.items()}
+    steps = {tier: _steps(table) for tier, table in tables.items()}
     uneven = {tier for tier, step in steps.items() if step.size < 2 or np.ptp(step) > _EVEN}
     uneven |= {tier for tier, table in tables.items() if not np.diff(table["time"]).all()}
     fewest = min(step.size for step in steps.values())
     return uneven or {tier for tier, step in steps.items() if step.size == fewest}
+
+
+def _steps(table: Mapping[str, Column]) -> Column:
+    """Steps of a tier, s, without the last; those with missed releases in a run against the clock divided."""
+    steps = np.diff(table["time"][:-1])
+    return steps / (1.0 + table["overrun"][1:-1]) if "overrun" in table else steps
+
+
+def _late(table: Mapping[str, Column]) -> Iterator[tuple[float, float]]:
+    """Spans (s) from the first missed release of a late step to the next step of the tier."""
+    time, overrun = table["time"], table["overrun"]
+    for begin, end, missed in zip(time[:-1].tolist(), time[1:].tolist(), overrun[1:].tolist(), strict=True):
+        if missed > 0:
+            yield begin + (end - begin) / (1.0 + missed) + _EVEN, end
+        elif missed != missed:  # the part ended, perhaps within a late step
+            yield begin, end
 
 
 def _entry(values: Column, row: int) -> Any:

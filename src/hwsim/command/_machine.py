@@ -94,17 +94,16 @@ def _user(arguments: argparse.Namespace) -> tuple[str, str] | None:
 
 def _live(plant: Any, arguments: argparse.Namespace) -> Any:
     """How the run meets the clock of the machine; None: it has none."""
-    from hwsim._live.live import Live
+    from hwsim._live.live import DEADLINE, Live
     from sdpgrind.base.unit_text import quantity
 
     if plant.lockstep:
         return None
     if not (arguments.safe or arguments.shadow):
         raise ValueError(f"--safe NAME=VALUE or --shadow must be given: {plant!r} keeps its own time")
-    given = arguments.deadline
-    deadline = {} if given is None else {"deadline": quantity("--deadline", given, "s")}
+    deadline = quantity("--deadline", arguments.deadline or DEADLINE, "s")
     safe = None if arguments.safe is None else dict(_told(each, plant.accepts) for each in arguments.safe)
-    return Live(safe=safe, shadow=arguments.shadow, **deadline)
+    return Live(safe=safe, shadow=arguments.shadow, deadline=deadline)
 
 
 def _told(text: str, accepts: Any) -> tuple[str, float]:

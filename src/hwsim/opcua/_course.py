@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from hwsim._live.releases import NANOSECONDS
 from hwsim._live.wall import take_safe
 from hwsim._part.clock import exact
+from hwsim._processor.tasks import NANOSECONDS
 from hwsim.opcua._driver import Refused
 from hwsim.protocols import FOREVER, Machine
 

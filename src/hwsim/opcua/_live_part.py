@@ -12,8 +12,9 @@ import numpy as np
 from hwsim._live.forwarding import Forwarding, Trip
 from hwsim._live.live import Live
 from hwsim._live.machine import TrippedError
-from hwsim._live.releases import NANOSECONDS, Releases
+from hwsim._live.releases import Releases
 from hwsim._part.clock import exact
+from hwsim._processor.tasks import NANOSECONDS
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._link import ANSWER
 from hwsim.opcua._machine import RemoteMachine

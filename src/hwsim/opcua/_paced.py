@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hwsim._live.releases import NANOSECONDS
+from hwsim._processor.tasks import NANOSECONDS
 from hwsim.opcua._course import PacedPart
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._driver import Answer, Refused

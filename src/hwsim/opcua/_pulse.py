@@ -8,7 +8,7 @@ from typing import Any
 from asyncua import ua
 
 from hwsim._live.forwarding import POLL, Forwarding
-from hwsim._live.releases import NANOSECONDS
+from hwsim._processor.tasks import NANOSECONDS
 from hwsim.opcua._link import reads, writes
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._sample import ReadSample
