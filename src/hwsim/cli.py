@@ -29,7 +29,7 @@ _AREAS = (
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status.
 
-    0: done; 1: every part was broken off or one was aborted, a limit is not known to be kept, or a page was
+    0: done; 1: a part was broken off or aborted, a limit is not known to be kept, or a page was
     changed or comes out otherwise; 2: wrong input; 3: the environment (disk, permission, memory, another run,
     a damaged file); 70: a fault of this program; 130, 143: interrupted, terminated. From 2 on with a line of
     text.

@@ -21,6 +21,7 @@ _OURS: Final = (
 )  # fmt: skip
 _TICK, _TIMEOUT = 1e-3, 0.5  # s; chosen: fine enough for any period; a machine's watchdog is not known
 _EXCHANGES, _BEGUN = 20, 5.0  # chosen: a median of them is steady; s, chosen: a part begins within it
+_COUNTS = 1 << 15  # chosen: what the smallest usual whole number of a machine holds
 _INTEGERS = (
     "SByte", "Byte", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
 )  # fmt: skip
@@ -198,7 +199,7 @@ class ForeignMachine:
         """Write the number of the part to its node, and wait until the machine has begun it."""
         if "start" in self._nodes.machine:
             node = self._nodes.machine["start"]
-            state = (await self.link.write(writes({self._id(node): self._variant(node, part)})))[0]
+            state = (await self.link.write(writes({self._id(node): self._variant(node, part % _COUNTS)})))[0]
             if state.is_bad():
                 raise ValueError(f"the machine at {self.link.url} began no part: {state.name}")
         until = time.monotonic() + _BEGUN
@@ -208,7 +209,9 @@ class ForeignMachine:
         self._part = part
 
     async def last_part(self) -> int:
-        """Number of parts that were seen to begin."""
+        """Number at the node of the start, which a part before this session may have left; else parts seen."""
+        if "start" in self._nodes.machine:
+            return int(await self._read("start"))
         done = bool(await self._read("done"))
         self._part += self._was_done and not done
         self._was_done = done
@@ -268,7 +271,7 @@ class ForeignMachine:
         }
         if beat is not None:
             node = self._nodes.machine["heartbeat"]
-            values[self._id(node)] = self._variant(node, beat % (1 << 15))
+            values[self._id(node)] = self._variant(node, beat % _COUNTS)
         return values
 
     def _variant(self, node: str, value: float) -> ua.Variant:
