@@ -7,6 +7,7 @@ from . import plunge as plunge
 from . import sdp as sdp
 from . import weldbead as weldbead
 from .base import units as units
+from .base.budget import BudgetError as BudgetError
 from .base.compiling.warm import warm as warm
 from .base.damaged import DamagedFileError as DamagedFileError
 from .base.damaged import OldFileWarning as OldFileWarning

@@ -36,6 +36,7 @@ EXEMPT = {
     "sdpgrind.sdp.Report": "words",
     "hwsim.check": "says what does not fit",
     "hwsim.compare": "quantities are the plant's own",
+    "sdpgrind.BudgetError": "memory",
     "hwsim.Journal": "quantities are the plant's own",
     "hwsim.Journal.log": "quantities are the plant's own",
     "hwsim.OpcuaPlant.start": "a source of random numbers in, a machine out",

@@ -24,6 +24,7 @@ from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart, run_part
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
+from sdpgrind.base.budget import afford
 from sdpgrind.base.parallel import in_order
 from sdpgrind.base.progress import ProgressOption, logger, quiet
 from sdpgrind.base.rng import Seed, one_by_one
@@ -139,11 +140,20 @@ def run(
         waiting = islice(enumerate(one_by_one(rng)), len(done), parts)
         for part in series.finished(waiting, executor, done, book):
             done.append(part)
+            if len(done) == 1:
+                _afford(parts, part)
             logger.debug("part %d of %d is finished", len(done), parts)
             progress(len(done) / parts, f"part {len(done)} of {parts}")
     log = Log.of(done, labels)
     log.made_of = {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}
     return log
+
+
+def _afford(parts: int, first: LivePart) -> None:
+    """Refuse a log that memory does not hold, as soon as the size of a part is known."""
+    columns = [*first.outcome.values(), *(each for table in first.tables.values() for each in table.values())]
+    size = 2.0 * parts * sum(each.nbytes for each in columns)  # the parts, and the log that is made of them
+    afford(f"parts = {parts}", size, "several runs of fewer parts need less")
 
 
 def check_adaptation(name: str, adapt: Any) -> None:

@@ -209,7 +209,7 @@ class ForeignMachine:
         self._part = part
 
     async def last_part(self) -> int:
-        """Number at the node of the start, which a part before this session may have left; else parts seen."""
+        """Number at the node of the start, where an earlier session may have left one; else parts seen."""
         if "start" in self._nodes.machine:
             return int(await self._read("start"))
         done = bool(await self._read("done"))

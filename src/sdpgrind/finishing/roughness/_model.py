@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
+from sdpgrind.base.budget import afford
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.base.rng import Seed, generator
@@ -258,6 +259,7 @@ class RoughnessModel(Described):
             if name not in settings:
                 raise ValueError(f"settings must hold {name}; got {', '.join(settings)}")
         size = (checks.count("runs", runs), np.size(settings["pattern"]))
+        afford(f"runs = {runs}", 4 * 8.0 * size[0] * size[1], "fewer runs tell as much")
         values = [settings[name] for name in SETTINGS]
         return self.sample(*values, rng=rng, size=size, rounding=rounding, extrapolate=extrapolate)
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy.special import fdtri
 
 from sdpgrind.base import checks
+from sdpgrind.base.budget import afford
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 from sdpgrind.finishing.study._analysed import Analysed
@@ -113,6 +114,8 @@ def power(study: Observations, rng: Seed, runs: int, model: Any, pool: Pool, alp
     runs = checks.count("runs", runs)
     checks.probability("alpha", alpha)
     found, random = analysed(study), generator(rng)
+    size = 4 * 8.0 * runs * study.readings.size  # readings, effects, residuals and a copy
+    afford(f"runs = {runs}", size, "fewer runs tell as much")
     linear = found.model
     if linear.error_df == 0:
         raise ValueError(

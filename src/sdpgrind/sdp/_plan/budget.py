@@ -9,6 +9,7 @@ from time import monotonic
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.base.budget import afford
 from sdpgrind.sdp._problem.coordinates import Stages
 from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._transitions.sampled import Sampled
@@ -89,6 +90,13 @@ class Resources:
         noisy = 3.0 if any(isinstance(move.to, Sampled) for move in problem.moves) else 1.0
         predicted = CHECK * noisy * self._times[-1] * min(max(growth, least), 2 * least)
         return sum(self._times) + predicted > self.time_limit
+
+
+def afford_grid(problem: Problem) -> None:
+    """Refuse a problem whose own grid the memory of this computer does not hold."""
+    nodes = _nodes(problem, 1)
+    size = COPIES * table_bytes(problem, 1) + _sweep_bytes(problem, 1)
+    afford(f"a grid of {nodes:.4g} nodes", size, "fewer nodes, moves or stages need less")
 
 
 def table_bytes(problem: Problem, refine: int) -> float:

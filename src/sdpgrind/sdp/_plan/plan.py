@@ -10,7 +10,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, logger, reporting, silent
-from sdpgrind.sdp._plan.budget import Resources
+from sdpgrind.sdp._plan.budget import Resources, afford_grid
 from sdpgrind.sdp._plan.grid_error import GridChanges, away_error, changes_between, estimated, grid_error
 from sdpgrind.sdp._plan.look_up_error import between_nodes
 from sdpgrind.sdp._policy.policy import Policy
@@ -132,6 +132,8 @@ def _solve(
     problem: Problem, refine: int, executor: Executor | None, tell: Progress, every_move: bool = True
 ) -> Policy:
     """Solve on one grid; with `every_move`, those too long to begin count for the error of the search."""
+    if refine == 1:  # finer ones are bounded by the memory limit
+        afford_grid(problem)
     grid = Grid.of(problem, refine)
     logger.info("solving on %d nodes", grid.size)
     tell(0.0, f"{grid.size} nodes: tables of the moves")

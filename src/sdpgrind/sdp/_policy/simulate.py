@@ -13,6 +13,7 @@ import xarray as xr
 
 from sdpgrind.base import checks, pictures
 from sdpgrind.base import rng as random
+from sdpgrind.base.budget import afford
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import execute
 from sdpgrind.sdp._policy.locate import Place
@@ -102,7 +103,9 @@ def simulate(
     place = policy.locate(start)
     if place.row.size != 1:
         raise ValueError(f"simulate must start from one state; got {place.row.size}")
-    sizes = [min(BLOCK, runs - k) for k in range(0, checks.count("runs", runs), BLOCK)]
+    size = 2 * 8.0 * (3 + len(policy.layout.axes)) * checks.count("runs", runs)  # penalty, moves, stage, axes
+    afford(f"runs = {runs}", size, "several simulations of fewer runs need less")
+    sizes = [min(BLOCK, runs - k) for k in range(0, runs, BLOCK)]
     seeds = random.children(rng, len(sizes))
     if executor is None:
         blocks = [

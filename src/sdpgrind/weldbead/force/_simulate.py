@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks, pictures
+from sdpgrind.base.budget import afford
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, children
 from sdpgrind.weldbead.force._controller import ForceController
@@ -105,10 +106,12 @@ def simulate_loop(
             "sample_time", f"the controller's {controller.period:g} in the plant", plant.sample_time, "s"
         )
     samples = int(np.ceil(checks.positive("duration", duration, "s") / controller.period - 1e-9))
+    size = 2 * 8.0 * (SUB_STEPS + 2) * samples * checks.count("runs", runs)
+    afford(f"{runs} runs of {samples} samples", size, "fewer runs or a shorter duration need less")
     time = (1 + np.arange(samples * SUB_STEPS)) * controller.period / SUB_STEPS
     planned, touch = _contact(controller, time)
     touch = touch - _heights(surface, time)
-    sources = children(rng, checks.count("runs", runs))
+    sources = children(rng, runs)
     noise = [plant.sensor.noise_sd * each.standard_normal(samples) for each in sources]
     done = [_run(controller, plant, touch.reshape(samples, SUB_STEPS), each) for each in noise]
     forces, commands, readings = (np.array([each[k] for each in done]) for k in range(3))
