@@ -1,7 +1,6 @@
 """How a run meets a real clock, and the operator's hand on it."""
 
 import time
-from collections import deque
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -108,8 +107,8 @@ class Live:
         self.overruns = checks.one_of("overruns", overruns, ("count", "abort"))
         self.shadow = checks.kind("shadow", shadow, bool)
         self.stuck = {name: checks.count(f"stuck[{name!r}]", n, 2) for name, n in (stuck or {}).items()}
-        self.acts: deque[OperatorAct] = deque()
-        """Acts of the operator that the journal does not hold yet, in order."""
+        self._acts: list[OperatorAct] = []
+        self._written = 0  # of them, to the journal
         self.part = 0
         """Number of the part under way."""
         self.reason: str | None = None
@@ -126,6 +125,11 @@ class Live:
         if self._paused:
             return "paused"
         return "running" if self._running else "idle"
+
+    @property
+    def acts(self) -> tuple[OperatorAct, ...]:
+        """Acts of the operator so far: part, civil and monotonic time (ns), who, what."""
+        return tuple(self._acts)
 
     def pause(self, who: str = "program") -> None:
         """Finish the part under way and begin none; callable from any thread.
@@ -184,7 +188,7 @@ class Live:
 
     def _act(self, what: str, who: str) -> None:
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
-        self.acts.append(OperatorAct(self.part, now, time.monotonic_ns(), who, what))
+        self._acts.append(OperatorAct(self.part, now, time.monotonic_ns(), who, what))
 
     def begin(self) -> None:
         """Begin a run (private to this package); a `Live` that was aborted stays so."""
@@ -208,7 +212,9 @@ class Live:
 
     def taken_acts(self) -> tuple[OperatorAct, ...]:
         """Return the acts since the last call (private to this package)."""
-        return tuple(self.acts.popleft() for _ in range(len(self.acts)))  # another thread may append
+        taken = tuple(self._acts[self._written :])  # another thread may append
+        self._written += len(taken)
+        return taken
 
     def __repr__(self) -> str:
         return f"<hwsim.Live: {self.state}, deadline {self.deadline:g} s>"

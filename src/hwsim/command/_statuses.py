@@ -50,6 +50,7 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
         (SecondWriterError, ENVIRONMENT),
         (DamagedFileError, ENVIRONMENT),
         (FileNotFoundError, WRONG_INPUT),
+        (FileExistsError, WRONG_INPUT),
         (IsADirectoryError, WRONG_INPUT),
         (NotADirectoryError, WRONG_INPUT),
         (OSError, ENVIRONMENT),

@@ -10,6 +10,7 @@ from asyncua import Server, ua
 from asyncua.common.connection import TransportLimits
 
 from hwsim.opcua._address import Address
+from hwsim.opcua._bounds import CHUNK, BoundedServer
 from hwsim.opcua._declaration import declared
 from hwsim.opcua._desk import FrontDesk
 from hwsim.opcua._driver import Driver
@@ -27,7 +28,7 @@ from sdpgrind.base.rng import Seed
 
 _CLOSING = 5.0  # s; chosen: a peer that does not answer holds nobody longer
 _SOCKETS, _HANDSHAKE = 64, 10.0  # connections; s: chosen, a session is made within milliseconds
-_CHUNK, _MESSAGE = 65535, 1 << 20  # bytes; chosen: a motion of 40 000 rows needs 960 kB
+_MESSAGE = 1 << 20  # bytes; chosen: a motion of 40 000 rows needs 960 kB
 _GONE = 10_000.0  # ms; chosen: an operator whose cable was cut holds a machine no longer
 
 
@@ -56,7 +57,7 @@ class House:
         """Build the address space, then listen."""
         _refuse_taken(self._address)
         inner = SessionServer(user_manager=None if self._keys is None else self._keys.users)
-        self._server = server = Server(iserver=inner)
+        self._server = server = BoundedServer(iserver=inner)
         _bound(server, lockstep=self.told.speed is None)
         await server.init()
         server.set_server_name(f"hwsim {self.told.plant}")
@@ -128,7 +129,7 @@ def _bound(server: Server, *, lockstep: bool) -> None:
     if not lockstep:  # a step in lockstep may take long
         inner.max_session_timeout_ms = _GONE
     inner.allow_remote_admin = False
-    server.limits = TransportLimits(_CHUNK, _CHUNK, -(-_MESSAGE // _CHUNK) + 1, _MESSAGE)
+    server.limits = TransportLimits(CHUNK, CHUNK, -(-_MESSAGE // CHUNK) + 1, _MESSAGE)
 
 
 def _refuse_taken(address: Address) -> None:
