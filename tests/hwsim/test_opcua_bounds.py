@@ -52,7 +52,7 @@ def test_anything_is_messages_a_begin_or_malformed(sent, first):
     [
         (message(b"OPN", b"\0" * 8), True),
         (message(b"HEL", b"\0" * 8), False),
-        (message(b"XXX", b"\0" * 8), False),
+        (message(b"NON", b"\0" * 8), False),
         (message(b"MSG", b"\0" * 8, b"X"), False),
         (message(b"OPN", b"\0" * 8, b"C"), False),
         (b"MSGF" + (7).to_bytes(4, "little"), False),

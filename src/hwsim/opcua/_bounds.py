@@ -9,7 +9,7 @@ from asyncua.server.binary_server_asyncio import BinaryServer, OPCUAProtocol
 
 CHUNK: Final = 65535  # bytes; source: OPC 10000-6, 6.7.1, the size that is agreed on at the beginning
 _BEFORE: Final = 1 << 18  # bytes before a session is active; chosen: with certificates it takes some 10 kB
-_HEAD, _CHANNEL = 8, 12  # bytes of a head, without and with the number of its channel
+_HEAD, _CHANNEL = 8, 12  # bytes of a head, with the number of its channel; source: OPC 10000-6, 6.7.2
 _KINDS = {
     b"HEL": (_HEAD, b"F"),
     b"OPN": (_CHANNEL, b"F"),
