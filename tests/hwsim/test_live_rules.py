@@ -62,6 +62,17 @@ def test_commands_are_forwarded_while_they_are_young_then_the_safe_one_then_noth
     assert rule.trip.delay == pytest.approx(0.051)
 
 
+def test_a_safe_command_that_a_cut_link_took_along_is_the_machines():
+    one = Forwarding({"stop": 1.0}, 50 * MS, 0)
+    one.ask("door open", "link")
+    assert one.poll(5 * MS) == {"stop": 1.0}
+    one.lost("the link was cut", 6 * MS)
+    assert one.trip == ("door open; the link was cut", "machine", 0.005)
+    other = Forwarding({"stop": 1.0}, 50 * MS, 0)
+    other.lost("the link was cut", 6 * MS)
+    assert other.trip == ("the link was cut", "machine", 0.006) and other.poll(7 * MS) == {}
+
+
 def test_waiting_is_life():
     rule = Forwarding(SAFE, 50 * MS, 0)
     for now in range(0, 400, 40):

@@ -49,6 +49,13 @@ class Forwarding:
         """Note that the machine was made safe without this link: nothing is written any more."""
         self.trip = self.trip or Trip(reason, by, (now - self._life) / 1e9)
 
+    def lost(self, reason: str, now: int) -> None:
+        """Note that the link was cut: a safe command on its way did not arrive."""
+        if self.trip is None:
+            self.told(reason, "machine", now)
+        else:
+            self.trip = self.trip._replace(reason=f"{self.trip.reason}; {reason}", by="machine")
+
     def refused(self, error: Exception) -> None:
         """Note that the machine did not take the safe command."""
         assert self.trip is not None

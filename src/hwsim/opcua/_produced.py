@@ -42,8 +42,8 @@ class Produced:
         self.aborts += 1
         self.reason = reason
         await self._ended(outcome, 1.0)
-        await self.stopped()
         await self._show(aborted=reason, aborts=self.aborts)
+        await self.stopped()  # last: who sees that it was asked for sees that it was done
         await self._space.show("MachineryItemState", "OutOfService")
 
     async def _ended(self, outcome: Mapping[str, Any], aborted: float) -> None:

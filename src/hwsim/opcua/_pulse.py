@@ -100,8 +100,9 @@ class Pulse:
             self._forwarding.refused(self.refusal)
 
     def _cut(self, error: ConnectionError) -> None:
-        """Note a cut link: the machine's own watchdog makes it safe."""
-        self._forwarding.told(str(error), "machine", time.monotonic_ns())
+        """Note a cut link: unless the safe command was written, the machine's own watchdog makes it safe."""
+        if not self.safe_written:
+            self._forwarding.lost(str(error), time.monotonic_ns())
         self._heard()
 
     async def _read(self) -> None:
