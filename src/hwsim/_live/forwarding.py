@@ -50,10 +50,10 @@ class Forwarding:
         self.trip = self.trip or Trip(reason, by, (now - self._life) / 1e9)
 
     def lost(self, reason: str, now: int) -> None:
-        """Note that the link was cut: a safe command on its way did not arrive."""
+        """Note why a safe command on its way did not arrive, and that the machine helped itself."""
         if self.trip is None:
             self.told(reason, "machine", now)
-        else:
+        elif self.trip.by != "machine":
             self.trip = self.trip._replace(reason=f"{self.trip.reason}; {reason}", by="machine")
 
     def refused(self, error: Exception) -> None:

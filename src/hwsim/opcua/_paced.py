@@ -74,6 +74,7 @@ class Paced:
     async def abort(self, reason: str) -> None:
         """Make the machine safe and latch it."""
         await self._do(self._latch, reason)
+        await self._shown.settled()
 
     async def reset(self) -> None:
         """Forget a part that is over."""

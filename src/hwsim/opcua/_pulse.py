@@ -30,6 +30,7 @@ class Pulse:
         heard: Callable[[], None],
     ) -> None:
         self.seen: ReadSample | None = None
+        self._first: ReadSample | None = None
         self.refusal: Exception | None = None
         self.handed = self.taken = self.wanted = self.served = 0
         self.safe_written = False
@@ -95,9 +96,14 @@ class Pulse:
         said = await self._remote.refusal(command, state)
         if not said:  # the part ended while the list was on its way
             return
-        self.refusal = ValueError(said)
-        if self._forwarding.trip is not None:
-            self._forwarding.refused(self.refusal)
+        await self._sample()
+        assert self.seen is not None and self._first is not None
+        if self.seen.aborts != self._first.aborts:
+            self._forwarding.lost(f"the machine made itself safe: {self.seen.aborted}", time.monotonic_ns())
+        elif self._forwarding.trip is not None:
+            self._forwarding.refused(ValueError(said))
+        else:
+            self.refusal = ValueError(said)
 
     def _cut(self, error: ConnectionError) -> None:
         """Note a cut link: unless the safe command was written, the machine's own watchdog makes it safe."""
@@ -108,17 +114,23 @@ class Pulse:
     async def _read(self) -> None:
         """Read samples, at once where one is wanted."""
         while not self._over:
-            number, asked = self.wanted, time.monotonic_ns()
+            number = self.wanted
             try:
-                told = await self._remote.link.read(self._list)
+                await self._sample()
             except ConnectionError as error:
                 self._cut(error)
                 return
-            self.seen = self._remote.seen(self._names, told, asked)
             self.served = number
             self._heard()
             if self.wanted == number:
                 await _waited(self._asked, self._read_every)
+
+    async def _sample(self) -> None:
+        """Read a sample."""
+        asked = time.monotonic_ns()
+        told = await self._remote.link.read(self._list)
+        self.seen = self._remote.seen(self._names, told, asked)
+        self._first = self._first or self.seen
 
 
 async def _waited(event: asyncio.Event, seconds: float) -> None:

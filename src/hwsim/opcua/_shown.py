@@ -33,6 +33,11 @@ class Shown:
     def _begin(self) -> None:
         self._task = self._loop.create_task(self._show_newest())
 
+    async def settled(self) -> None:
+        """Wait until what was to be shown stands there."""
+        async with self._order:  # those who wait for it have it in the order in which they came
+            return
+
     async def _show_newest(self) -> None:
         async with self._order:
             sample, self._newest = self._newest, None
