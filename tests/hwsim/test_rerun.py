@@ -136,11 +136,14 @@ def test_a_log_from_a_file_is_not_made_again(ground, tmp_path, capsys):
 
 
 def test_the_page_of_both_controllers_is_made_again(tmp_path, capsys, few_pushes):
-    """From the file in the page, which is written into the folder before the run: the user's is gone."""
+    """From the file in the page, which is written into the folder before the run: the user's is gone.
+
+    One part: that several are made again is seen above and below.
+    """
     first, again, file = tmp_path / "first", tmp_path / "again", tmp_path / "job.toml"
     file.write_text((EXAMPLES / "centering.toml").read_text())
     assert (
-        main(["centering", str(file), "--source", "--parts=2", "--rng=3", "--no-pictures", f"--out={first}"])
+        main(["centering", str(file), "--source", "--parts=1", "--rng=3", "--no-pictures", f"--out={first}"])
         == 0
     )
     file.unlink()

@@ -62,14 +62,13 @@ def courses(size, forgetting, still, known, method="square_root"):
         rls.update(row, target)
         if k >= VARIED:
             estimate = rls.estimate
+            if not estimate.ok:  # it says so: nothing to compare
+                yield estimate, 0.0, 0.0
+                continue
             value, unit, variance = exact(rows[: k + 1], targets[: k + 1], forgetting, LEFT if prior else 0.0)
             sd = np.sqrt(np.diag(unit) * (SIGMA**2 if known else variance))
-            wide = estimate.sd / sd - 1 if estimate.ok else np.zeros(size)
-            yield (
-                estimate,
-                np.abs(wide).max(),
-                np.abs((estimate.value - value) / sd).max() if estimate.ok else 0.0,
-            )
+            wide, off = estimate.sd / sd - 1, (estimate.value - value) / sd
+            yield estimate, np.abs(wide).max(), np.abs(off).max()
 
 
 COURSES = {  # size, forgetting, rows at rest, after how many of them four digits are still right

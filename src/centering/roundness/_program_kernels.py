@@ -37,7 +37,9 @@ def program(height, slope, box, outer, inner, rows):
         leaves = _leaving(inverse.T @ entering, prices)
         if leaves < 0:
             break
-        rows[leaves], matrix[leaves], limits[leaves] = enters, entering, limit
+        rows[leaves], limits[leaves] = enters, limit
+        for k in range(6):
+            matrix[leaves, k] = entering[k]
     return unknown, prices, False
 
 
@@ -65,7 +67,8 @@ def _row(code, height, slope, box, row):
     row[:] = 0.0
     if code < 2 * n:
         sign, point = (-1.0, code) if code < n else (1.0, code - n)
-        row[:4] = sign * slope[point]
+        for k in range(4):  # a loop: an array put into a slice compiles the text of its shape error
+            row[k] = sign * slope[point, k]
         row[4 if code < n else 5] = -sign
         return -sign * height[point]
     wall = code - 2 * n

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from hwsim._log.fingerprint import fingerprint
 from hwsim.command._lock import locked
+from sdpgrind.base import pictures
 from sdpgrind.base.extras import need
 from sdpgrind.base.whole_files import remove_leftovers, whole_file
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 PAGE = "report.html"
 """Name of the page in a folder."""
+_DPI = 150  # of pictures, pixels per inch; chosen: sharp in print at half a page's width
 
 
 class RunFolder:
@@ -123,8 +125,10 @@ def drawn(folder: Path, things: Mapping[str, Any]) -> list[str]:
     pyplot.switch_backend("agg")
     for name, thing in things.items():
         figure = thing.plot()
+        figure.set_dpi(_DPI)
+        pictures.lay_out(figure)
         with whole_file(folder / name) as temporary:
-            figure.savefig(temporary, format="png", dpi=150)
+            figure.savefig(temporary, format="png", dpi=_DPI)
         pyplot.close(figure)
     return list(things)
 

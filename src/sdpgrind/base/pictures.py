@@ -42,6 +42,13 @@ def subplots(
     return blank, axes
 
 
+def lay_out(blank: Any) -> None:
+    """Lay out a figure for its canvas; `savefig` would draw all of it for that, and then once more."""
+    if (engine := blank.get_layout_engine()) is not None:
+        engine.execute(blank)
+        blank.set_layout_engine(None)
+
+
 def label(name: str, unit: str = "") -> str:
     """Return the label of an axis: name in words, unit in brackets."""
     words = name.replace("_", " ")

@@ -198,6 +198,10 @@ class _LookedUp(Parts):
         self.time, self.speed, held = np.array(begun).T
         self.thrown = strategy.problem.model.mu_static * GRAVITY * self.scale < held
 
+    def _start_time(self, offset: float) -> float:
+        """Draw as other parts do; the time is that of the run-up, found afterwards."""
+        return float(self.random.uniform())
+
     def _travel(self, at: Any, choices: list[PushChoice], unit: Floats) -> Floats:
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
         return np.array(

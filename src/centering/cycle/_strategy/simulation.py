@@ -7,6 +7,7 @@ import numpy as np
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.belief import Belief, PushEvidence
 from centering.cycle._strategy.choice import PushChoice
+from centering.cycle._strategy.density import prior
 from centering.cycle._strategy.draw_kernels import push_once, waiting_time
 from centering.cycle._strategy.outcomes import FRICTION_SCALES, pushing_time, scaled
 from centering.cycle._strategy.runs import CenteringRuns
@@ -76,7 +77,7 @@ class Parts:
         self.scatter, count = strategy.problem.scatter, start.size
         self.scale = factor * (1.0 + self.scatter.friction_part_sd * random.standard_normal(count))
         self.offset = start.copy()
-        self.beliefs = [Belief(1.0, 0.0)] * count
+        self.beliefs = [Belief(1.0, 0.0, prior(strategy.problem, 1.0, 0.0))] * count
         self.waiting = np.ones(count, dtype=bool)
         self.pushes = np.zeros(count, dtype=np.int64)
         self.measured = np.abs(self.offset + self.scatter.measuring_sd * random.standard_normal(count))

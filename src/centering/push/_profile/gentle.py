@@ -9,6 +9,8 @@ from centering.push._profile.profile import TipProfile
 from centering.push._profile.row_kernels import ROWS, gentle_rows
 from centering.push._profile.rows import retraction
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import lasting
+from sdpgrind.base.quantities import trusted
 
 # chosen: closing over F_s/k at which a gentle push speeds up: friction may be 12 % above the model
 _OVERLOAD = 1.12
@@ -116,6 +118,7 @@ def _period(model: PushModel) -> float:
 
 
 def _profile(rows: list[Row]) -> TipProfile:
-    """Profile of the rows of positive duration."""
+    """Profile of the rows of positive duration; their numbers are checked."""
     least = 1e-12 * sum(t for t, _, _ in rows)
-    return TipProfile(*np.array([row for row in rows if row[0] > least]).T)
+    duration, velocity, acceleration = map(lasting, np.array([row for row in rows if row[0] > least]).T)
+    return trusted(TipProfile, duration=duration, velocity=velocity, acceleration=acceleration)

@@ -14,7 +14,7 @@ HOMES = {
     "centering": "centering",
 }
 # measured: kernels that each first use compiles on an empty cache (benchmarks/times.py); shares follow them
-KERNELS = {"weldbead": 85, "plunge": 53, "locus": 93, "finishing": 62, "centering": 210}
+KERNELS = {"weldbead": 48, "plunge": 53, "locus": 93, "finishing": 62, "centering": 210}
 
 
 def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, int]:

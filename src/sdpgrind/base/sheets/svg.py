@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base import pictures
 from sdpgrind.base.extras import need
 
 MOST_POINTS = 5000  # of an artist; more are drawn as pixels; source: the page's bound of 1.5 MB
@@ -33,6 +34,8 @@ def svg_of(draw: Callable[[], Any], prefix: str) -> str:
         figure = draw()
         try:
             _rasterise(figure)
+            need("matplotlib.backends.backend_svg", "report").FigureCanvasSVG(figure)
+            pictures.lay_out(figure)
             written = io.StringIO()
             figure.savefig(written, format="svg", dpi=_DPI * min(1.0, _WIDTH / figure.get_figwidth()))
         finally:

@@ -51,9 +51,11 @@ def _expect(weight, charge, value, out):
     """Fill out[row, node] with the charge and the expected value after the pass."""
     rows, nodes = charge.shape
     padded = np.zeros(nodes + TOGETHER)
-    padded[TOGETHER + 1 :] = value[1:]
+    for node in range(1, nodes):  # loops: an array put into a slice compiles the text of its shape error
+        padded[TOGETHER + node] = value[node]
     for row in range(rows):
-        out[row] = charge[row]
+        for node in range(nodes):
+            out[row, node] = charge[row, node]
         for k in range(0, nodes, TOGETHER):
             a, b, c, d = weight[row, k : k + TOGETHER]
             if a + b + c + d <= NONE:
