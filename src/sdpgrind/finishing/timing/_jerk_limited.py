@@ -136,7 +136,8 @@ def _nodes(law: TimeLaw, used: Floats, step: float) -> Floats:
     whole = int(np.ceil(count[-1]))
     nodes = law.at(np.interp(np.arange(whole + 1) * count[-1] / whole, count, knots)).length - law.length[0]
     nodes[0], nodes[-1] = 0.0, law.end - law.length[0]
-    return nodes[_distinct(nodes)]
+    kept: Floats = nodes[_distinct(nodes)]
+    return kept
 
 
 def _distinct(nodes: Floats) -> Bools:
