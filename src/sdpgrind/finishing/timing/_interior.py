@@ -15,7 +15,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.timing import _interior_kernels as interior_kernels
-from sdpgrind.finishing.timing._limits import LimitedRun
+from sdpgrind.finishing.timing._limits import LawError, LimitedRun
 from sdpgrind.finishing.timing._squared_feed import SquaredFeed
 
 # chosen: share of every limit that the start uses, from which the first steps are whole
@@ -24,11 +24,7 @@ SPARE = 0.7
 START = 0.3
 
 
-class LawError(ValueError):
-    """No law was found."""
-
-
-class Rows(NamedTuple):
+class FeedRows(NamedTuple):
     """Limits at the places of N intervals.
 
     Attributes
@@ -44,7 +40,7 @@ class Rows(NamedTuple):
     joints: Floats
 
 
-def rows_of(given: LimitedRun, feed: SquaredFeed, narrow: Floats) -> Rows:
+def rows_of(given: LimitedRun, feed: SquaredFeed, narrow: Floats) -> FeedRows:
     """Limits at the places; those of speed, acceleration and jerk narrowed by factors (3, N) >= 1."""
     run, limits, feed_rate, along = given
     q = run.derivatives(run.length[0] + feed.places.ravel())[:, 1:].reshape(*feed.places.shape, 3, -1)
@@ -64,10 +60,10 @@ def rows_of(given: LimitedRun, feed: SquaredFeed, narrow: Floats) -> Rows:
         path = np.zeros((*feed.places.shape, 1, 5))
         path[..., 1] = 1 / (2 * along)
         joints = np.concatenate([joints, path], axis=2)
-    return Rows(np.minimum(feed_rate, fastest) ** 2, joints)
+    return FeedRows(np.minimum(feed_rate, fastest) ** 2, joints)
 
 
-def slowed_start(feed: SquaredFeed, rows: Rows, c: Floats) -> Floats:
+def slowed_start(feed: SquaredFeed, rows: FeedRows, c: Floats) -> Floats:
     """Coefficients slowed so that every row is at most at `SPARE`, over the whole run."""
     values = feed.values(c)
     x = values[:, :, 0]
@@ -78,14 +74,14 @@ def slowed_start(feed: SquaredFeed, rows: Rows, c: Floats) -> Floats:
     return np.asarray(c / max(1.0, speed / SPARE, bent / SPARE, (jerk / SPARE) ** (2 / 3)))
 
 
-def improved(feed: SquaredFeed, rows: Rows, c: Floats, gap: float) -> Floats:
+def improved(feed: SquaredFeed, rows: FeedRows, c: Floats, gap: float) -> Floats:
     """Coefficients of the fastest law, from a start whose every value is > 0.
 
     Parameters
     ----------
     feed : SquaredFeed
         The spline.
-    rows : Rows
+    rows : FeedRows
         Its limits.
     c : array, (N + 2,)
         Start; slowed into the limits.

@@ -190,7 +190,7 @@ def _solved(band, right, out):
 
 @compiled(error_model="numpy")
 def _nearer(z, room, change, mu, far):
-    """Note by how much a row's room and dual shrink over themselves in a whole step."""
+    """Note the relative loss of a row's room and of its dual in a whole step."""
     far[0] = max(far[0], -change / room)
     far[1] = max(far[1], 1.0 - (mu - z * change) / (z * room))
 

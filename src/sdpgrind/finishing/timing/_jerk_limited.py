@@ -11,8 +11,8 @@ import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.timing._first_guess import averaged, longest_brake
-from sdpgrind.finishing.timing._interior import LawError, improved, rows_of
-from sdpgrind.finishing.timing._limits import LimitedRun
+from sdpgrind.finishing.timing._interior import improved, rows_of
+from sdpgrind.finishing.timing._limits import LawError, LimitedRun
 from sdpgrind.finishing.timing._min_time import fastest_law
 from sdpgrind.finishing.timing._short_run import short_run_law
 from sdpgrind.finishing.timing._squared_feed import coefficients, greville, squared_feed

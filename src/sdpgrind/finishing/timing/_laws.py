@@ -6,10 +6,9 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.progress import ProgressOption, quiet
-from sdpgrind.finishing.timing._interior import LawError
 from sdpgrind.finishing.timing._jerk_limited import jerk_limited_law
 from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits, LimitedRun
+from sdpgrind.finishing.timing._limits import JointLimits, LawError, LimitedRun
 from sdpgrind.finishing.timing._min_time import fastest_law
 from sdpgrind.finishing.timing._time_law import TimeLaw
 from sdpgrind.finishing.timing._toppra_law import ToppraError, toppra_law
@@ -60,7 +59,7 @@ def time_laws(
     ------
     ValueError
         When the runs do not have the joints of the limits, a rate is not > 0, jerk has limits that a method
-        cannot keep, or toppra finds no law; the message names the run.
+        cannot keep, or no law is found without limits of jerk; the message names the run.
     ImportError
         When `toppra` is wanted and missing.
 
@@ -100,8 +99,8 @@ def _named(
     """Law of one run with its slowing against one without joints; errors name the run."""
     try:
         law = _MAKERS[method](LimitedRun(run, limits, feed, along))
-    except ToppraError as error:
-        raise ToppraError(f"run {number}: {error}") from error
+    except (LawError, ToppraError) as error:
+        raise type(error)(f"run {number}: {error}") from error
     asked = run.span / feed
     if along is not None or method == "trapezoid":
         asked = Trapezoid(run.span, feed, along or ACCELERATION).duration

@@ -9,9 +9,8 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.timing import _jerk_program as jerk_program
 from sdpgrind.finishing.timing._first_guess import Points
-from sdpgrind.finishing.timing._interior import LawError
 from sdpgrind.finishing.timing._jerk_program import Data
-from sdpgrind.finishing.timing._limits import LimitedRun
+from sdpgrind.finishing.timing._limits import LawError, LimitedRun
 from sdpgrind.finishing.timing._time_law import TimeLaw, advanced, integrated
 
 EASY = 1.4  # chosen: slowing of the first guess; from within the limits the program takes fewer steps

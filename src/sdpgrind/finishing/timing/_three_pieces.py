@@ -15,7 +15,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.timing._squared_feed import SquaredFeed
 from sdpgrind.finishing.timing._time_law import TimeLaw, advanced
 
-PIECES = 3
+PIECES = 3  # derived: as many as place, feed and acceleration at the next node
 POINTS = 8  # chosen: Gauss points for the time of an interval, from rest on
 # derived: as above
 EFFECT = np.array([[1.0, 1.0, 1.0], [5 / 2, 3 / 2, 1 / 2], [19 / 6, 7 / 6, 1 / 6]])
