@@ -128,7 +128,7 @@ def test_a_start_that_is_no_number_is_told():
     limits = JointLimits(["X"], speed_max=[30.0], acceleration_max=[300.0], jerk_max=[5e3])
     feed = squared_feed(NODES)
     rows = interior.rows_of(LimitedRun(line(2.8), limits, 25.0), feed, np.ones((3, 7)))
-    with pytest.raises(interior.LawError, match="no jerk-limited law was found"):
+    with pytest.raises(interior.LawError, match="interior points met a number that is not finite"):
         interior.improved(feed, rows, coefficients(np.full(7, np.nan)), 1e-4)
 
 

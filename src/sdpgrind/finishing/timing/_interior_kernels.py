@@ -25,7 +25,7 @@ LOWER = 0.15  # chosen: factor of mu when the present one is reached
 # rounding, as the residual does where rooms are small
 REACHED = 0.1
 LARGE = 10.0  # chosen: greatest complementarity over mu at which it counts as reached
-STEPS = 300  # chosen: limit; some 20 to 60 are taken
+STEPS = 300  # chosen: limit; some 15 to 45 are taken
 # derived: sums at a place: matrix in (x, x', x''), gradient of the barrier
 MATRIX, SUMS = 6, 9
 
@@ -233,7 +233,9 @@ def _shares(problem, duals, c, move, mu):
 
 @compiled(error_model="numpy")
 def interior(problem, c, mu, gap):
-    """Improve coefficients c (m,) that hold every row; return the steps taken, negative without an end.
+    """Improve coefficients c (m,) that hold every row; return the steps taken, -1 where numbers are not finite.
+
+    After `STEPS` the rows still hold: the law is slower than it could be.
 
     Parameters
     ----------
@@ -257,7 +259,7 @@ def interior(problem, c, mu, gap):
         _solved(band, barrier, out[1])
         decrement = np.sum((gradient - mu * barrier) * (out[0] - mu * out[1]))
         if not np.isfinite(decrement):
-            return -number
+            return -1
         if decrement <= REACHED * mu * duals.size and most <= LARGE * mu:
             if total <= gap * time:
                 return number
@@ -267,4 +269,4 @@ def interior(problem, c, mu, gap):
         was[:] = c
         c += primal * move
         step = (dual, 1.0 / primal)
-    return -STEPS
+    return STEPS
