@@ -233,7 +233,7 @@ def _shares(problem, duals, c, move, mu):
 
 @compiled(error_model="numpy")
 def interior(problem, c, mu, gap):
-    """Improve coefficients c (m,) that hold every row; return the steps taken, -1 where numbers are not finite.
+    """Improve coefficients c (m,) that hold every row; return the steps, -1 where a number is not finite.
 
     After `STEPS` the rows still hold: the law is slower than it could be.
 
