@@ -24,17 +24,22 @@ from sdpgrind.finishing.surface._bspline_kernels import _find_span
 from sdpgrind.finishing.surface._creases import creases
 from sdpgrind.finishing.surface._evaluation import bases
 from sdpgrind.finishing.surface._presets import QUARTER, QUARTER_WEIGHTS
+from sdpgrind.finishing.timing import _interior as interior
 from sdpgrind.finishing.timing import _jerk_limited as jerk_limited
 from sdpgrind.finishing.timing import _jerk_program as jerk_program
 from sdpgrind.finishing.timing import _min_time as min_time
 from sdpgrind.finishing.timing import _toppra_law as toppra_law
 from sdpgrind.finishing.timing._limits import LimitedRun
+from sdpgrind.finishing.timing._min_time import fastest_law
 from sdpgrind.finishing.timing._narrowing import narrowed
+from sdpgrind.finishing.timing._squared_feed import FROM_REST, coefficients, greville, squared_feed
+from sdpgrind.finishing.timing._three_pieces import law_of
 from sdpgrind.finishing.timing._trapezoid import double_s_law, trapezoid_law
 from sdpgrind.finishing.timing._violations import closest
 from sdpgrind.finishing.torque._load_torque import identify_load_torque
 
 __all__ = [
+    "FROM_REST",
     "QUARTER",
     "QUARTER_WEIGHTS",
     "TABLES",
@@ -48,20 +53,25 @@ __all__ = [
     "cell_areas",
     "check_corners",
     "closest",
+    "coefficients",
     "confounding",
     "creases",
     "distance_field",
     "double_s_law",
     "equal_area",
+    "fastest_law",
     "gauss",
     "general",
+    "greville",
     "hilbert",
     "identify_load_torque",
     "identify_roughness",
+    "interior",
     "inverted",
     "jerk_limited",
     "jerk_program",
     "kinematics_kernels",
+    "law_of",
     "law_of_a_reading",
     "left_out",
     "mapping_of",
@@ -72,6 +82,7 @@ __all__ = [
     "pitch_cosine",
     "solved",
     "spacing",
+    "squared_feed",
     "surface_samples",
     "sweep",
     "toppra_law",

@@ -186,6 +186,15 @@ def test_a_zero_inertia_point_is_passed():
     assert law.at(law.time_at(0.0)).feed == pytest.approx(np.sqrt(40.0 / 0.1), rel=1e-3)
 
 
+def test_many_bends_between_points_of_a_coarse_grid_are_refined():
+    """Half a mm resolves a wave of 1.6 mm so badly that the joints could only rest."""
+    s = np.linspace(0.0, 400.0, 801)
+    run = JointPath(s, np.column_stack([3.0 * np.sin(3.9 * s), s]))
+    law = time_laws([run], TABLE, feed_rate=25.0, method="min_time")[0]
+    assert np.isfinite(law.duration)
+    assert worst_violation([run], [law], limits=TABLE, feed_rate=25.0).held
+
+
 def test_tighter_limits_take_longer():
     run = part(wavy(7), 5.0, 9.0)
     (free,) = time_laws([run], ARM, feed_rate=FAST, method="min_time")

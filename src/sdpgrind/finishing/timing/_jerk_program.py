@@ -29,7 +29,7 @@ class JerkProgram(NamedTuple):
 
 
 class Data(NamedTuple):
-    """One window of a run, scaled.
+    """A run, scaled.
 
     Jerk of a joint over its limit is (q3 v^3 + 3 q2 v a + q1 j), acceleration (q1 a + q2 v^2) times its
     `weight`.
@@ -40,7 +40,6 @@ class Data(NamedTuple):
     steps: Floats  # (N,)
     feed: Floats  # (N + 1,) greatest feed at the points
     acceleration: float  # greatest along the path
-    start: tuple[float, float]  # feed and acceleration at the first point
     guess: Floats  # (N + 1, 4): feed, acceleration, duration, jerk
 
 
@@ -99,7 +98,7 @@ def _solver(plugin: str, what: dict[str, Any], equal: list[bool]) -> Any:
 
 
 def solve(data: Data) -> JerkFound:
-    """Solve one window, at rest at its end; the second solver where the first one fails or is missing."""
+    """Solve from rest to rest; the second solver where the first one fails or is missing."""
     intervals, _, joints = data.rates.shape
     for plugin in PLUGINS:
         if ca.has_nlpsol(plugin):
@@ -110,12 +109,12 @@ def solve(data: Data) -> JerkFound:
 
 
 def _solved(made: JerkProgram, data: Data) -> JerkFound:
-    """Solve one window by one solver."""
+    """Solve by one solver."""
     count = made.intervals
     low = np.tile([0.0, -data.acceleration, SHORTEST, -np.inf], count + 1)
     high = np.tile([0.0, data.acceleration, np.inf, np.inf], count + 1)
     high[::4] = data.feed
-    low[:2] = high[:2] = data.start
+    low[:2] = high[:2] = 0.0
     low[4 * count : 4 * count + 2] = high[4 * count : 4 * count + 2] = 0.0
     above = made.high.copy()
     above[3 :: made.high.size // count] = np.minimum(data.feed[1:], data.feed[:-1])

@@ -1,4 +1,4 @@
-"""Limits of the joints."""
+"""Limits of the joints, and a run under them."""
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY
@@ -55,6 +55,10 @@ class JointLimits(Described):
         """Limits of speed, acceleration and jerk, (3, n), in their units; inf without a limit of jerk."""
         jerk = self.jerk_max if self.jerk_max is not None else np.full(len(self.names), np.inf)
         return np.array([self.speed_max, self.acceleration_max, jerk], dtype=float)
+
+
+class LawError(ValueError):
+    """No law was found."""
 
 
 class LimitedRun(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.timing import _sweep_kernels as sweep_kernels
 from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import LimitedRun
+from sdpgrind.finishing.timing._limits import LawError, LimitedRun
 from sdpgrind.finishing.timing._narrowing import Narrowed, narrowed
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
@@ -22,14 +22,20 @@ GAIN = 2e-4  # of the duration, chosen: saving by half the step that is taken; a
 
 
 def fastest_law(given: LimitedRun, gain: float = GAIN) -> TimeLaw:
-    """Return the fastest law of a run without limits of jerk."""
+    """Return the fastest law of a run without limits of jerk.
+
+    Raises
+    ------
+    LawError
+        When joints would have to rest on the way, on every grid.
+    """
     pieces = given.run.pieces.breaks.size - 1
     parts = -(-LEAST // pieces)
-    before = duration(given, parts)
+    before = after = duration(given, parts)
     while parts * pieces < MOST:
         parts *= 2
         after = duration(given, parts)
-        if after >= (1 - gain) * before:
+        if np.isfinite(after) and after >= (1 - gain) * before:
             break
         before = after
     return kept_on(given, grid_of(given.run, parts)).law
@@ -45,9 +51,9 @@ def kept_on(given: LimitedRun, grid: Floats) -> Narrowed:
 
 
 def duration(given: LimitedRun, parts: int) -> float:
-    """Duration on a grid of `parts` in each piece of the path, s."""
+    """Duration on a grid of `parts` in each piece of the path, s; inf where joints would rest on the way."""
     grid = grid_of(given.run, parts)
-    return law_of(grid, swept(given, grid)).duration
+    return float(_knots(grid, np.sqrt(swept(given, grid)))[-1])
 
 
 class LimitRows(NamedTuple):
@@ -82,9 +88,16 @@ def swept(given: LimitedRun, grid: Floats, factors: Floats | None = None) -> Flo
 def law_of(grid: Floats, x: Floats) -> TimeLaw:
     """Law with squared feed linear over arc length between points: constant acceleration in each piece."""
     feed, step = np.sqrt(x), np.diff(grid)
-    durations = 2 * step / (feed[1:] + feed[:-1])
-    knots = np.concatenate([[0.0], np.cumsum(durations)])
+    knots = _knots(grid, feed)
+    if not np.isfinite(knots[-1]):
+        raise LawError(f"on a grid of {step.size} intervals joints would have to rest on the way")
     return TimeLaw(knots, grid[:-1], feed[:-1], np.diff(x) / (2 * step), np.zeros(step.size))
+
+
+def _knots(grid: Floats, feed: Floats) -> Floats:
+    """Time at every point for the feeds there, s; inf behind two points at rest."""
+    with np.errstate(divide="ignore"):
+        return np.concatenate([[0.0], np.cumsum(2 * np.diff(grid) / (feed[1:] + feed[:-1]))])
 
 
 def grid_of(run: JointPath, parts: int) -> Floats:

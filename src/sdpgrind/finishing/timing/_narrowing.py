@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.timing._limits import LimitedRun
+from sdpgrind.finishing.timing._limits import LawError, LimitedRun
 from sdpgrind.finishing.timing._time_law import TimeLaw
 from sdpgrind.finishing.timing._violations import closest, shares, slowing
 
@@ -39,7 +39,10 @@ def narrowed(given: LimitedRun, points: int, solve: Solve) -> Narrowed:
         if best.law.duration <= (1 + ENOUGH) * law.duration:
             break
         factors = _narrower(factors, given, law)
-        law = solve(factors)
+        try:
+            law = solve(factors)
+        except LawError:
+            break
         tried = Narrowed(slowed_to_limits(given, law), factors)
         best = min(best, tried, key=lambda each: each.law.duration)
     return best

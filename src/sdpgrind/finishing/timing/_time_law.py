@@ -10,7 +10,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.halving import halved
-from sdpgrind.base.quantities import Described, custom, described, quantity, units_of
+from sdpgrind.base.quantities import Described, custom, described, quantity, text, units_of
 
 # of length and greatest feed, chosen: rounding between the end of a piece and the start of the next
 JOINED = 1e-6
@@ -50,6 +50,8 @@ class TimeLaw(Described, ByValue):
         Jerk along the path during the piece, mm/s^3.
     slowed : float
         Duration over that without limits of the joints, unit 1; 1 also where it is not known.
+    status : str
+        Why this is not the law that was asked for; empty where it is.
 
     Raises
     ------
@@ -72,6 +74,7 @@ class TimeLaw(Described, ByValue):
     jerk: Floats = _row("mm/s^3")
     _: KW_ONLY
     slowed: float = quantity("1", above=0, default=1.0)
+    status: str = text(default="")
 
     def _check(self) -> None:
         self._check_shapes()
@@ -170,7 +173,7 @@ class TimeLaw(Described, ByValue):
         if f < 1:
             raise checks.refuse("factor", ">= 1", f)
         scaled = (self.knots * f, self.length, self.feed / f, self.acceleration / f**2, self.jerk / f**3)
-        return TimeLaw(*scaled, slowed=self.slowed * f)
+        return TimeLaw(*scaled, slowed=self.slowed * f, status=self.status)
 
 
 def advanced(t: Any, s: Any, v: Any, a: Any, j: Any) -> tuple[Any, Any, Any]:
