@@ -32,9 +32,8 @@ def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: flo
         raise ValueError("times of motion must begin at 0 and rise (s)")
     _check_joints(problem, rows)
     poses, table = robot.forward_work(rows[:, 1:]), _table(robot, rows[:, 1:])
-    if problem.placement is not None and len(problem.placement) == 4:  # in the frame of the surface
-        turn = (0.0, 0.0, 0.0, -problem.placement[3])
-        poses, table = placed(poses, turn), turned(table, turn[3])
+    if problem.turn:  # in the frame of the surface
+        poses, table = placed(poses, (0.0, 0.0, 0.0, -problem.turn)), turned(table, -problem.turn)
     course = _course(problem, rows[:, 0], poses, tree.data[0], weight)
     course[:, at.TABLE : at.TABLE + 2] = table[:, :2]
     _check_tip(course, tree)

@@ -191,6 +191,11 @@ class FinishingProblem(Described):
         return self.robot
 
     @property
+    def turn(self) -> float:
+        """Turn of the surface about z of the base, rad."""
+        return self.placement[3] if self.placement is not None and len(self.placement) == 4 else 0.0
+
+    @property
     def face_on(self) -> bool:
         """Whether the tool's axis is along the normal: contact_angle is pi/2, in rad."""
         return is_face_on(self.contact_angle)
@@ -218,6 +223,8 @@ class FinishingProblem(Described):
         """
         held = {name: getattr(self, name) for name in ("contact_angle", "lever_arm", "heading", "pushed")}
         held["azimuth"] = self.azimuth + math.pi  # a dragged tool points against its heading
+        if self.turn:
+            held["azimuth"] -= self.turn  # the azimuth is that in the base
         return tool_poses(samples.point, samples.tangent, samples.normal, **held)
 
     def feed_angles(self, samples: PathSamples) -> Floats:

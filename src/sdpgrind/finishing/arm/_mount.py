@@ -8,7 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import another_unit
 
-_USUAL, _TYPICAL = (0.05, 5000.0), 150.0  # mm, chosen: tools of robots
+_USUAL, _TYPICAL = (1.0, 5000.0), 150.0  # mm, chosen: tools of robots
 
 
 def tool(length: float, tilt: float = 0.0, *, axis: str = "z") -> Floats:
