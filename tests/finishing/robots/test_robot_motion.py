@@ -9,6 +9,7 @@ import sdpgrind
 from sdpgrind import finishing
 from sdpgrind.finishing import FinishingProblem, Robot
 from sdpgrind.finishing.arm import Redundancy
+from sdpgrind.finishing.arm._choice import choose
 
 FLAT = finishing.hilbert(finishing.surface.flat_surface(8.0), 2, mapping="parametric")
 DIE = finishing.hilbert(finishing.surface.nominal_surface(), 2)
@@ -94,6 +95,7 @@ def test_the_nearest_singular_pose(motions):
         "wrist": np.abs(np.sin(q[:, 4])),
     }
     assert worst.distance == pytest.approx(min(each.min() for each in by_hand.values()), abs=1e-12)
+    assert worst.each == pytest.approx({key: value.min() for key, value in by_hand.items()}, abs=1e-12)
     row = int(np.argmin(by_hand[worst.name]))
     assert worst.time == motion.time[row] and worst.length == motion.length[row]
     assert str(worst).startswith(f"{worst.distance:.3g} from {worst.name} singularity at")
@@ -268,6 +270,24 @@ def test_where_no_branch_serves():
         finishing.plan(problem.replace(robot=tight))
 
 
+def test_through_a_singular_pose_no_branch_goes():
+    """Axis 6 passes axis 4 on the way: joints 4 and 6 would jump by half a turn. The other shoulder could, but
+    for its limits.
+    """
+    robot = IRB2400.replace(
+        position_min=(-1.0, *IRB2400.position_min[1:]), position_max=(1.0, *IRB2400.position_max[1:])
+    )
+    joints = np.tile([0.3, 0.2, -0.4, 0.5, 0.0, -0.7], (21, 1))
+    joints[:, 4] = np.linspace(-0.1, 0.1, 21) + 1e-4
+    poses = robot.forward(joints)
+    with pytest.raises(
+        ValueError, match=r"q\d must turn by at most 1 \(rad\) .* or the robot comes through a singular pose"
+    ):
+        choose(robot, poses)
+    np.testing.assert_allclose(choose(robot, poses[11:]).joints, joints[11:], atol=1e-9)
+    assert abs(choose(IRB2400, poses).joints[0, 0] - 0.3) > 1  # over its head
+
+
 def test_along_the_feed_a_wrist_turns_the_tool_without_a_table():
     problem = FinishingProblem(
         FLAT.blended(0.2), robot=HELD["ur10"], placement=PLACE, heading="feed_aligned", pushed=True
@@ -316,7 +336,7 @@ def test_former_names_warn_and_mean_the_same():
 def test_solutions_of_the_arm_are_its_branches():
     arm = finishing.Arm.generic().replace(wrist_radius=(300.0, 700.0))
     poses = arm.forward_work(
-        np.random.default_rng(0).uniform(-0.3, 0.3, (20, 7)) + [0, 0.4, -1.2, 0, 0, 0, 0]
+        np.random.default_rng(0).uniform(-0.3, 0.3, (20, 7)) + np.array([0, 0.4, -1.2, 0, 0, 0, 0])
     )
     found = arm.solutions(poses)
     joints, _ = arm.branches(poses, wrist_radius=300.0, continuous=False)

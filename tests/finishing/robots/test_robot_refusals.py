@@ -48,7 +48,7 @@ def test_rows(rows, said):
         ({"speed_max": [3.0] * 5}, r"speed_max must be one for each of the 6 joints; got 5"),
         ({"names": ["a", "b", "c", "d", "e", "a"]}, r"names must be without repeats; got 'a' twice"),
         (
-            {"names": ["a"] + ["b"]},
+            {"names": ["a", "b"]},
             r"links must be of shape \(3, 4, 4\), one more than joints; got \(7, 4, 4\)",
         ),
         ({"tool": np.eye(3)}, r"tool must be of shape \(4, 4\) \(mm\); got \(3, 3\)"),

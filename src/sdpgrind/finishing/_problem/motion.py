@@ -241,13 +241,12 @@ class Motion(Plan):
 
     @cached_property
     def worst_singularity(self) -> Singularity:
-        """Place nearest to a singular pose: distance (unit 1), time (s) and length (mm)."""
+        """Row nearest to a singular pose: distance (unit 1), time (s), length (mm), and each least distance."""
         found = self.problem.robot.singularities(self.joints)
-        name, row = min(
-            ((name, int(np.argmin(distance))) for name, distance in found.items()),
-            key=lambda each: float(found[each[0]][each[1]]),
-        )
-        return Singularity(name, float(found[name][row]), float(self.time[row]), float(self.length[row]))
+        each = {name: float(np.min(distance)) for name, distance in found.items()}
+        name = min(each, key=lambda known: each[known])
+        row = int(np.argmin(found[name]))
+        return Singularity(name, each[name], float(self.time[row]), float(self.length[row]), each)
 
     @property
     def status(self) -> str:

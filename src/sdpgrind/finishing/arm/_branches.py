@@ -127,14 +127,14 @@ def travel_of(robot: Robot, joints: Floats) -> tuple[float, int]:
     return float(time), int(at)
 
 
-def jump(arm: Robot, joints: Floats, at: int) -> Excess:
-    """Name the angle that turns too far from pose `at` to the next."""
+def jump(arm: Robot, joints: Floats, at: int, through: str = "the tool comes through the vertical") -> Excess:
+    """Name the angle that turns too far from pose `at` to the next; `through`: what makes it do so."""
     turns = np.where(angular(arm), np.abs(joints[at + 1] - joints[at]), 0.0)
     j = int(np.argmax(turns))
     text = (
         f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a run;"
         f" got {turns[j]:.4g} between poses[{at}] and poses[{at + 1}],"
-        " where the heading has a corner, or the tool comes through the vertical"
+        f" where the heading has a corner, or {through}"
     )
     return Excess(at, text, float(turns[j] / TURN))
 

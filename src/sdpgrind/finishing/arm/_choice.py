@@ -13,6 +13,8 @@ from sdpgrind.finishing.arm._inverse import Excess, beyond_limit, checked_poses,
 from sdpgrind.finishing.arm._robot import Robot, angular, middle
 from sdpgrind.finishing.arm._serial import SerialRobot
 
+_SINGULAR = "the robot comes through a singular pose"
+
 
 class RobotChoice(NamedTuple):
     """Branch, values of redundant freedoms (mm, rad) by name, and joints (m, n) on a path."""
@@ -65,7 +67,7 @@ def _way(robot: Robot, joints: Floats, beyond: Floats, branch: int) -> Way:
     kernels.follow(joints, angular(robot), middle(robot))
     time, at = travel_of(robot, joints)
     if at >= 0:
-        return Way(joints[0], joints[-1], time, jump(robot, joints, at))
+        return Way(joints[0], joints[-1], time, jump(robot, joints, at, _SINGULAR))
     at = first_beyond(robot, joints, np.ones(len(joints), dtype=np.bool_))
     wrong = beyond_limit(robot, joints[at], at) if at >= 0 else None
     return Way(joints[0], joints[-1], time, wrong)

@@ -150,12 +150,15 @@ class Singularity(NamedTuple):
         Time, s.
     length : float
         Length of path there, mm.
+    each : mapping
+        Name -> least distance of the motion from every singular set, unit 1.
     """
 
     name: str
     distance: float
     time: float
     length: float
+    each: Mapping[str, float]
 
     def __str__(self) -> str:
         return f"{self.distance:.3g} from {self.name} singularity at {self.length:.4g} mm, {self.time:.4g} s"
