@@ -241,7 +241,7 @@ class Motion(Plan):
 
     @cached_property
     def worst_singularity(self) -> Singularity:
-        """Row nearest to a singular pose: distance (unit 1), time (s), length (mm), and each least distance."""
+        """Row nearest to a singular pose: distances (unit 1), its time (s) and length (mm)."""
         found = self.problem.robot.singularities(self.joints)
         each = {name: float(np.min(distance)) for name, distance in found.items()}
         name = min(each, key=lambda known: each[known])
