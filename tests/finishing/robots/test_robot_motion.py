@@ -7,7 +7,7 @@ from robot_twins import CHAINS, IRB2400, UR10, about, chain, dh
 import hwsim
 import sdpgrind
 from sdpgrind import finishing
-from sdpgrind.finishing import FinishingProblem, Robot
+from sdpgrind.finishing import FinishingProblem, Posture, Robot
 from sdpgrind.finishing.arm import Redundancy
 from sdpgrind.finishing.arm._choice import choose
 
@@ -317,6 +317,12 @@ def test_former_names_warn_and_mean_the_same():
         assert FinishingProblem(FLAT, robot=arm).replace(wrist_radius=(340.0, 360.0)) == wanted
     with pytest.warns(DeprecationWarning, match=r"FinishingProblem.arm is now FinishingProblem.robot"):
         assert wanted.arm is wanted.robot
+    with pytest.warns(DeprecationWarning, match=r"FinishingProblem.wrist_radius is now robot.wrist_radius"):
+        assert wanted.wrist_radius == (340.0, 360.0)
+    with pytest.warns(
+        DeprecationWarning, match=r"Posture.wrist_radius is now Posture.free\['wrist_radius'\]"
+    ):
+        assert Posture(0, PLACE, {"wrist_radius": np.full(3, 340.0)}).wrist_radius == 340.0
     with (
         pytest.warns(DeprecationWarning),
         pytest.raises(ValueError, match=r"robot must be given once; got arm= as well"),

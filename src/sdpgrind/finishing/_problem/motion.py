@@ -16,6 +16,7 @@ from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.sheets.blocks import AmountTable, figures
+from sdpgrind.base.warned import warn
 from sdpgrind.finishing._problem.placed import turned
 from sdpgrind.finishing._problem.problem import FinishingProblem, check_pressed
 from sdpgrind.finishing.arm._heading import pitch_cosine
@@ -54,6 +55,12 @@ class Posture(ByValue):
 
     def __hash__(self) -> int:
         return super().__hash__()
+
+    @property
+    def wrist_radius(self) -> float:
+        """Former place of the wrist radius of an arm, mm."""
+        warn("Posture.wrist_radius is now Posture.free['wrist_radius'], a row each", DeprecationWarning)
+        return float(self.free["wrist_radius"][0])
 
 
 class MotionState(NamedTuple):
