@@ -1,4 +1,4 @@
-"""Arm of the finishing robot: ``python benchmarks/finishing_arm.py [--times N] [--poses N]``. Medians; peer
+"""Arm and serial robots of finishing: ``python benchmarks/finishing_arm.py [--times N] [--poses N]``. Medians; peer
 roboticstoolbox.
 """
 
@@ -11,10 +11,12 @@ from measure import median
 from sdpgrind import units
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._branches import choose_branches
+from sdpgrind.finishing.arm._robot_presets import robot as preset
 from sdpgrind.finishing.arm._tool import tool_poses
 from sdpgrind.finishing.surface._presets import nominal_surface
 
 BAR = 2.0  # us a pose
+BRANCHES_BAR = 3.0  # us a pose, all eight branches of a serial robot
 WIDE = 3000.0  # mm
 
 
@@ -103,6 +105,34 @@ def peer(arm: Arm, poses: np.ndarray, times: int) -> None:
     )
 
 
+def serial(times: int, count: int) -> None:
+    """All eight branches of random poses: time, own joints among them, poses reached."""
+    for name in ("ur10", "irb2400"):
+        robot, rng = preset(name), np.random.default_rng(0)
+        low, high = np.maximum(robot.position_min, -np.pi), np.minimum(robot.position_max, np.pi)
+        joints = rng.uniform(low, high, (count, 6))
+        poses = robot.forward(joints)
+        found = robot.solutions(poses)
+        print(f"\n## {name}, {count} random poses\n| what | ms | us a pose | bar |\n|---|---|---|---|")
+        told(
+            "inverse, all eight branches",
+            median(lambda r=robot, p=poses: r.solutions(p), times),
+            count,
+            BRANCHES_BAR,
+        )
+        told("forward", median(lambda r=robot, q=joints: r.forward(q), times), count)
+        told("Jacobian", median(lambda r=robot, q=joints: r.jacobian(q), times), count)
+        there = ~np.isnan(found[..., 0])
+        reached = robot.forward(found[there]) - np.broadcast_to(poses[:, None], (*there.shape, 4, 4))[there]
+        apart = np.abs(np.mod(found - joints[:, None] + np.pi, 2 * np.pi) - np.pi).max(axis=2)
+        far = np.min(list(robot.singularities(joints).values()), axis=0) > 1e-3
+        print(
+            f"\nForward of inverse: {np.linalg.norm(reached[:, :3, 3], axis=1).max():.1e} mm; own joints"
+            f" {np.nanmin(apart, axis=1)[far].max():.1e} rad where 1e-3 away from singular poses;"
+            f" {there.mean() * 8:.2f} solutions a pose."
+        )
+
+
 def choices(times: int) -> None:
     print("\n## Branches and wrist radii on a path\n| runs | poses | pairs | ms |\n|---|---|---|---|")
     arm = Arm.generic()
@@ -119,6 +149,7 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=65536)
     given = parser.parse_args()
     kinematics(given.times, given.poses)
+    serial(given.times, given.poses)
     choices(given.times)
 
 

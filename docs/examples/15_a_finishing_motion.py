@@ -18,7 +18,7 @@ from sdpgrind import finishing, units
 path = finishing.hilbert(finishing.surface.nominal_surface(), order=4)
 problem = finishing.FinishingProblem(
     path,
-    arm=finishing.Arm.generic(),
+    robot=finishing.Arm.generic(),
     contact_angle=units.deg(30),
     lever_arm=95.0,
     feed_rate=25.0,
@@ -100,7 +100,7 @@ print(f"at 500 mm/s commanded: {fast.mean_feed_rate:.0f} mm/s on average, {fast.
 # them, is chosen from poses; the planner does that when ``wrist_radius`` lists several.
 poses = problem.tool_poses(path.sample(per_leg=1))
 poses[:, :3, 3] += motion.posture.placement
-(choice,) = finishing.arm.choose_branches(problem.arm, [poses], wrist_radii=[300.0, 350.0, 400.0])
+(choice,) = finishing.arm.choose_branches(problem.robot, [poses], wrist_radii=[300.0, 350.0, 400.0])
 print(f"branch {choice.branch} with the wrist at {choice.wrist_radius:.0f} mm lets the joints travel least")
 
 # %%

@@ -20,7 +20,7 @@ surface = finishing.preset("nominal").surface
 path = finishing.hilbert(surface, order=5, mapping="equal_area")
 problem = finishing.FinishingProblem(
     path,
-    arm=finishing.Arm.generic(),
+    robot=finishing.Arm.generic(),
     contact_angle=units.deg(30),
     lever_arm=95.0,
     heading="fixed",

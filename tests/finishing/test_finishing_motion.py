@@ -59,7 +59,7 @@ def test_the_tool_stands_at_the_contact_angle(motion):
 
 def test_rest_at_corners_is_a_trapezoid_for_each_run():
     """Flat, and joints that can follow: every run takes L/v + v/a or 2 sqrt(L/a), added up by hand."""
-    fast = EASY.replace(arm=EASY.arm.replace(acceleration_max=(1e4,) * 5 + (1e6,) * 2))
+    fast = EASY.replace(robot=EASY.robot.replace(acceleration_max=(1e4,) * 5 + (1e6,) * 2))
     motion = finishing.plan(fast)
     runs = np.diff(np.flatnonzero(np.concatenate([[True], turns(FLAT.nodes), [True]]))) * 2.0  # mm, pitch 2
     v, a = fast.feed_rate, fast.acceleration
@@ -75,7 +75,7 @@ def turns(nodes):
 
 def test_limits_are_held_between_the_rows(motion):
     """Differences of the joints on a grid of its own, not what the plan says of itself."""
-    arm, step = motion.problem.arm, 1e-4
+    arm, step = motion.problem.robot, 1e-4
     inner = np.concatenate(
         [np.linspace(a + 3 * step, b - 3 * step, 20) for a, b in zip(*pieces(motion), strict=True)]
     )
@@ -156,17 +156,19 @@ REFUSED = [
     ({"lever_arm": 0.0}, r"lever_arm must be > 0 \(mm\); got 0.0"),
     (
         {"contact_angle": 30.0},
-        r"contact_angle must be in \[0, pi/2\); units.deg\(30\) for degrees \(rad\); got 30.0",
+        r"contact_angle must be in \[0, pi/2\]; units.deg\(30\) for degrees \(rad\); got 30.0",
     ),
-    ({"contact_angle": -0.1}, r"contact_angle must be in \[0, pi/2\); .*; got -0.1"),
+    ({"contact_angle": -0.1}, r"contact_angle must be in \[0, pi/2\]; .*; got -0.1"),
     (
         {"contact_angle": units.deg(80), "friction_ratio": 0.3},
         r"friction_ratio must be < 0.1763.*locks itself; got 0.3",
     ),
     ({"heading": "free"}, r"heading must be one of fixed, feed_aligned; got 'free'"),
     ({"pushed": True}, r"pushed must be False where heading is 'fixed'"),
-    ({"wrist_radius": (350.0, -1.0)}, r"wrist_radius\[1\] must be > 0 \(mm\); got -1.0"),
-    ({"placement": (0.0, 1.0)}, r"placement must be three coordinates \(mm\); got \(0.0, 1.0\)"),
+    (
+        {"placement": (0.0, 1.0)},
+        r"placement must be three coordinates \(mm\), and a turn .*; got \(0.0, 1.0\)",
+    ),
     ({"speed": 1.0}, r"FinishingProblem has no field 'speed'"),
 ]
 
@@ -209,24 +211,24 @@ def test_refused_at_the_planner(monkeypatch):
     with pytest.raises(
         ValueError, match=r"try another azimuth \(now 0 rad\), placement or wrist_radius \(.*out of reach by"
     ):
-        finishing.plan(EASY.replace(wrist_radius=700.0))
+        finishing.plan(EASY.replace(robot=EASY.robot.replace(wrist_radius=700.0)))
     with pytest.raises(ValueError, match=r"time must be in \[0, .*\] \(s\); got -1.0"):
         finishing.plan(EASY).at(-1.0)
 
 
 def test_without_limits_of_jerk_nothing_is_faster_than_min_time(motion):
     """Slower with them than the trapezoid, whose acceleration jumps; without, the fastest of the three."""
-    problem = EASY.replace(arm=EASY.arm.replace(jerk_max=None))
+    problem = EASY.replace(robot=EASY.robot.replace(jerk_max=None))
     free, held = finishing.plan(problem, method="min_time"), finishing.plan(EASY, method="min_time")
     assert free.duration < finishing.plan(problem).duration < held.duration
     assert held.worst_violation.ratio <= 1.001 and free.worst_violation.ratio <= 1.001
-    third = np.array(EASY.arm.jerk_max) * 1e-3
+    third = np.array(EASY.robot.jerk_max) * 1e-3
     step = np.diff(held.at(np.arange(0.0, held.duration, 1e-3)).joints, 3, axis=0) / 1e-9
     assert np.all(np.abs(step) * 1e-3 <= 1.02 * third)
 
 
 def test_through_rounded_corners_is_faster():
-    problem = EASY.replace(arm=EASY.arm.replace(jerk_max=None))
+    problem = EASY.replace(robot=EASY.robot.replace(jerk_max=None))
     stops = finishing.plan(problem, method="min_time")
     through = finishing.plan(problem.replace(path=FLAT.blended()), method="min_time")
     assert through.duration < 0.9 * stops.duration and through.feed_rate[1:-1].min() > 0

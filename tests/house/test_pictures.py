@@ -253,7 +253,7 @@ def test_the_picture_of_a_motion_is_full(pyplot):
     path = finishing.hilbert(finishing.surface.nominal_surface(), order=1)
     problem = finishing.FinishingProblem(
         path,
-        arm=finishing.Arm.generic(),
+        robot=finishing.Arm.generic(),
         contact_angle=units.deg(30),
         lever_arm=95.0,
         feed_rate=25.0,

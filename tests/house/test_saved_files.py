@@ -48,6 +48,18 @@ REWORDED = dict.fromkeys(  # labels in better English since; all others are as t
 )
 
 
+def as_written_now(name, key, value):
+    """An attribute of version 0.1.0 as this version writes it: fields of a motion that have another name since."""
+    if name != "finishing.motion.nc" or key not in ("problem", "posture"):
+        return value
+    if key == "posture":
+        radius, branch, placement = value
+        return {"branch": branch, "placement": placement, "free": {"wrist_radius": radius}}
+    radius = value.pop("wrist_radius")
+    value["robot"] = {**value.pop("arm"), "wrist_radius": radius}
+    return value
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_a_saved_file_loads_and_is_saved_as_it_was(name, tmp_path):
     with pytest.warns(sdpgrind.OldFileWarning) as told:
@@ -60,7 +72,10 @@ def test_a_saved_file_loads_and_is_saved_as_it_was(name, tmp_path):
     after = records.read(tmp_path / name)
     assert before.attrs.pop("version") == "0.1.0" and after.attrs.pop("version") == sdpgrind.__version__
     assert after.attrs.keys() == before.attrs.keys()
-    assert all(holds(parsed(after.attrs[key]), parsed(before.attrs[key])) for key in before.attrs)
+    assert all(
+        holds(parsed(after.attrs[key]), as_written_now(name, key, parsed(before.attrs[key])))
+        for key in before.attrs
+    )
     xarray.testing.assert_allclose(after.drop_attrs(deep=False), before.drop_attrs(deep=False), **ROUNDED)
     for key, variable in before.variables.items():
         known = variable.attrs | ({"long_name": label} if (label := REWORDED.get((name, key))) else {})

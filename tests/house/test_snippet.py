@@ -147,7 +147,7 @@ from sdpgrind import finishing as fin, units
 surface = fin.preset("nominal").surface                            # or fin.Surface.bspline(control_points, degree=(3, 3)), .nurbs(...)
 path = fin.hilbert(surface, order=5, mapping="equal_area")         # or fin.zigzag(surface, pitch=0.2, mapping="equal_spacing")
 path.metrics(footprint_radius=0.8); path.plot()                    # lengths, gaps, cell-area CV, coverage, with the sampling used
-problem = fin.FinishingProblem(path, arm=fin.Arm.generic(), contact_angle=units.deg(30), lever_arm=95.0,
+problem = fin.FinishingProblem(path, robot=fin.Arm.generic(), contact_angle=units.deg(30), lever_arm=95.0,
                                heading="fixed", feed_rate=25.0)    # joint limits are the arm's
 motion = fin.plan(problem)                                         # method="trapezoid" | "toppra" | "min_time"
 motion.poses, motion.joints, motion.time, motion.worst_violation; motion.plot()     # names what is violated, and where

@@ -115,7 +115,7 @@ def test_impossible_fields(make, message):
         ({"feed_override": 0.5}, r"feed_override must be 0 before a motion is given; got 0.5"),
         (
             {"motion": np.zeros((3, 7))},
-            r"motion must be an array \(m, 8\) of times and seven joints, m >= 2; got .* \(3, 7\)",
+            r"motion must be an array \(m, 8\) of times and 7 joints, m >= 2; got .* \(3, 7\)",
         ),
         ({"motion": np.full((2, 8), np.nan)}, r"motion\[0\] must be finite \(s, rad, mm\); got nan"),
         ({"motion": np.zeros((2, 8))}, r"times of motion must begin at 0 and rise \(s\)"),

@@ -44,7 +44,7 @@ def slow_twin(of, real, log):
     joints = np.array([np.interp(played, profile[:, 0], column) for column in profile[:, 1:].T]).T
     late = joints[:, 5:7] - np.array([follow(real.table, joints[:, k], TICK) for k in (5, 6)]).T
     poses = np.array(
-        [np.interp(played, profile[:, 0], c) for c in of.arm.forward_work(profile[:, 1:]).reshape(-1, 16).T]
+        [np.interp(played, profile[:, 0], c) for c in of.robot.forward_work(profile[:, 1:]).reshape(-1, 16).T]
     ).T
     poses = poses.reshape(-1, 4, 4)
     tip = poses[:, :3, 3] + of.lever_arm * poses[:, :3, 2]

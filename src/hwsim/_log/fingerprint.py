@@ -139,7 +139,7 @@ def _pieces(thing: Any, home: Home) -> list[Any]:
         return [thing.dtype.str, thing.tolist()]
     if isinstance(thing, functools.partial):
         return [thing.func, thing.args, thing.keywords]
-    return _code(thing, home) if callable(thing) and hasattr(thing, "__qualname__") else _object(thing)
+    return _code(thing, home) if callable(thing) and hasattr(thing, "__qualname__") else _object(thing, home)
 
 
 def _values(variable: Any) -> Any:
@@ -164,7 +164,7 @@ def _constants(code: types.CodeType) -> list[Any]:
     return [code.co_code, code.co_names, inner]
 
 
-def _object(thing: Any) -> list[Any]:
+def _object(thing: Any, home: Home) -> list[Any]:
     """Pieces of any other object: its ``identity``, else its fields, else what pickle would store."""
     if hasattr(thing, "identity"):
         return [thing.identity]
@@ -172,6 +172,8 @@ def _object(thing: Any) -> list[Any]:
         return [thing.bit_generator.seed_seq]
     if isinstance(thing, np.random.SeedSequence):
         return [thing.entropy, thing.spawn_key, thing.n_children_spawned]
+    if home is _former_home and hasattr(thing, "_former_fields"):
+        return list(thing._former_fields)
     if dataclasses.is_dataclass(thing):
         younger = _YOUNGER.get(type(thing).__qualname__, ())
         return [

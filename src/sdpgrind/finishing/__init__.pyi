@@ -16,6 +16,11 @@ from ._problem.presets import preset as preset
 from ._problem.presets import presets as presets
 from ._problem.problem import FinishingProblem as FinishingProblem
 from .arm._arm import Arm as Arm
+from .arm._mount import tool as tool
+from .arm._robot import Robot as Robot
+from .arm._robot_presets import robot as robot
+from .arm._robot_presets import robots as robots
+from .arm._serial import SerialRobot as SerialRobot
 from .path._hilbert import hilbert as hilbert
 from .path._path import Path as Path
 from .path._zigzag import zigzag as zigzag

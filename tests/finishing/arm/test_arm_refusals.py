@@ -155,8 +155,8 @@ def test_an_arm_that_is_none():
 
 
 @pytest.mark.parametrize(("change", "message"), [
-    ({"contact_angle": np.pi / 2}, r"contact_angle must be in \[0, pi/2\); units\.deg\(30\) for degrees \(rad\); got 1\.57"),
-    ({"contact_angle": -0.1}, r"contact_angle must be in \[0, pi/2\)"),
+    ({"contact_angle": 1.571}, r"contact_angle must be in \[0, pi/2\]; units\.deg\(30\) for degrees \(rad\); got 1\.571"),
+    ({"contact_angle": -0.1}, r"contact_angle must be in \[0, pi/2\]"),
     ({"contact_angle": np.nan}, r"contact_angle must be finite \(rad\); got nan"),
     ({"lever_arm": 0.0}, r"lever_arm must be > 0 \(mm\); got 0\.0"),
     ({"heading": "free"}, "heading must be one of fixed, feed_aligned; got 'free'"),

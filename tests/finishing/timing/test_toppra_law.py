@@ -67,7 +67,7 @@ def test_rounded_corners_slow_only_themselves(rounded):
 
 def free(problem):
     """Without limits of jerk, which min_time would keep."""
-    return problem.replace(arm=problem.arm.replace(jerk_max=None))
+    return problem.replace(robot=problem.robot.replace(jerk_max=None))
 
 
 def bumpy():

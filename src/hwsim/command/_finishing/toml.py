@@ -114,9 +114,11 @@ def _path(surface: finishing.Surface, table: Table) -> finishing.Path:
 
 
 def _problem(path: finishing.Path, table: Table) -> finishing.FinishingProblem:
-    options = table.values(finishing.FinishingProblem, skip=("path", "model", "arm"))
+    options = table.values(finishing.FinishingProblem, skip=("path", "model", "robot"))
     units = units_of(finishing.FinishingProblem)
-    options |= table.given({"wrist_radius": units["wrist_radius"]})
+    radius = table.given({"wrist_radius": units_of(finishing.Arm)["wrist_radius"]})
+    if radius:
+        options["robot"] = table.made(finishing.Arm.generic().replace, **radius)
     if table.has("pushed"):
         options["pushed"] = table.flag("pushed")
     if table.has("placement"):

@@ -15,6 +15,7 @@ from sdpgrind.finishing import FinishingProblem, TorqueAxis
 from sdpgrind.finishing.kernels import CellScatter as CellScatter
 from sdpgrind.finishing.kernels import CellTruth as CellTruth
 from sdpgrind.finishing.kernels import HeightField as HeightField
+from sdpgrind.finishing.kernels import check_pressed
 from sdpgrind.finishing.path import PathSamples
 
 Truth: TypeAlias = CellTruth | Callable[[np.random.Generator], CellTruth] | None
@@ -25,18 +26,18 @@ class FinishingCell(Described):
     """Robot-assisted finishing of one specimen: Wang and Jan (2001), section 5, with errors they leave out.
 
     It accepts ``current`` of the torque axis (A; in steps of the converter, clipped), a ``motion`` (array (m,
-    8): time in s, seven joints in rad and mm; once, before it is played) and ``feed_override`` (0 ... 1 of
+    n + 1): time in s, n joints in rad or mm; once, before it is played) and ``feed_override`` (0 ... 1 of
     the planned speed). It measures ``motor_angle`` (rad, in counts of the encoder) and ``path_time`` (time of
     the motion played, s).
 
-    The arm follows its joints exactly; the table has the error of its loop, so that the contact leaves the
-    path; the surface is higher than planned by a random field. Both change the contact angle, theta_s = -(h -
-    d.n)/(R cos theta_f) for a height h, an error d of the table and a normal n. Curvature over d, at most
-    d^2/2 times it, is neglected: 1 µm for 0.2 mm on a radius of 20 mm, 1.3 mN. The axis advances exactly over
-    each tick (`sdpgrind.finishing.kernels`), with a contact that only presses and is damped by the controller
-    alone. The normal force is F = T_f/(R (cos theta - s mu sin theta cos psi)), at the angle theta of the
-    true surface and the direction psi of the true feed; below 0.5 mm/s friction falls with the speed. Between
-    rows a motion is linear.
+    The robot follows its joints exactly; its table, if any, has the error of its loop, so that the contact
+    leaves the path; the surface is higher than planned by a random field. Both change the contact angle,
+    theta_s = -(h - d.n)/(R cos theta_f) for a height h, an error d of the table and a normal n. Curvature
+    over d, at most d^2/2 times it, is neglected: 1 µm for 0.2 mm on a radius of 20 mm, 1.3 mN. The axis
+    advances exactly over each tick (`sdpgrind.finishing.kernels`), with a contact that only presses and is
+    damped by the controller alone. The normal force is F = T_f/(R (cos theta - s mu sin theta cos psi)), at
+    the angle theta of the true surface and the direction psi of the true feed; below 0.5 mm/s friction falls
+    with the speed. Between rows a motion is linear.
 
     The tool starts above the surface and the controller lowers it; if the gap is some mm,
     `sdpgrind.finishing.identify` finds the load torque from this free motion. A part ends when its motion is
@@ -99,6 +100,7 @@ class FinishingCell(Described):
     max_time: float | None = quantity("s", above=0, default=None)
 
     def _check(self) -> None:
+        check_pressed(self.problem, "contact_angle of the problem")
         lever_arm, wanted = self.torque_axis.lever_arm, self.problem.lever_arm
         if lever_arm != wanted:
             raise checks.refuse("axis.lever_arm", f"that of the problem, {wanted:g}", lever_arm, "mm")

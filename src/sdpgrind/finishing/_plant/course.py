@@ -8,7 +8,10 @@ from scipy.spatial import cKDTree
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._plant import kernels as at
+from sdpgrind.finishing._problem.placed import placed, turned
 from sdpgrind.finishing._problem.problem import FinishingProblem
+from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.path import PathSamples
 from sdpgrind.finishing.timing import TableLoop
 
@@ -18,18 +21,31 @@ _ROUNDING = 1e-6  # relative to a joint's range; chosen: above rounding of plans
 
 def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: float) -> Floats:
     """Rows of the course of a motion (m, 8), checked; `weight` is the unbalanced torque held level, N m."""
-    rows = checks.finite_array("motion", motion, "s, rad, mm")
-    if rows.ndim != 2 or rows.shape[1] != 8 or len(rows) < 2:
+    rows, robot = checks.finite_array("motion", motion, "s, rad, mm"), problem.robot
+    count = len(robot.names)
+    if rows.ndim != 2 or rows.shape[1] != count + 1 or len(rows) < 2:
         raise ValueError(
-            f"motion must be an array (m, 8) of times and seven joints, m >= 2; got one of shape {rows.shape}"
+            f"motion must be an array (m, {count + 1}) of times and {count} joints, m >= 2; got one of shape"
+            f" {rows.shape}"
         )
     if rows[0, 0] != 0.0 or not np.all(np.diff(rows[:, 0]) > 0):
         raise ValueError("times of motion must begin at 0 and rise (s)")
     _check_joints(problem, rows)
-    course = _course(problem, rows[:, 0], problem.arm.forward_work(rows[:, 1:]), tree.data[0], weight)
-    course[:, at.TABLE : at.TABLE + 2] = rows[:, 6:8]
+    poses, table = robot.forward_work(rows[:, 1:]), _table(robot, rows[:, 1:])
+    if problem.turn:  # in the frame of the surface
+        poses, table = placed(poses, (0.0, 0.0, 0.0, -problem.turn)), turned(table, -problem.turn)
+    course = _course(problem, rows[:, 0], poses, tree.data[0], weight)
+    course[:, at.TABLE : at.TABLE + 2] = table[:, :2]
     _check_tip(course, tree)
     return course
+
+
+def _table(robot: Robot, joints: Floats) -> Floats:
+    """Travel of the table that carries the work (m, 3), mm; 0 without one."""
+    out = np.zeros((len(joints), 3))
+    if isinstance(robot, Arm):
+        out[:, :2] = joints[:, -2:]
+    return out
 
 
 def standing(problem: FinishingProblem, first: PathSamples, weight: float) -> Floats:
@@ -64,18 +80,18 @@ def _directions(tip: Floats) -> Floats:
 
 def _check_joints(problem: FinishingProblem, rows: Floats) -> None:
     """Refuse a row beyond the range of a joint."""
-    arm = problem.arm
-    low, high = np.array(arm.position_min), np.array(arm.position_max)
+    robot = problem.robot
+    low, high = np.array(robot.position_min), np.array(robot.position_max)
     slack = _ROUNDING * (high - low)
     beyond = (rows[:, 1:] < low - slack) | (rows[:, 1:] > high + slack)
     if beyond.any():
         row, joint = (int(k) for k in np.argwhere(beyond)[0])
         rule = f"in [{low[joint]:g}, {high[joint]:g}]"
         raise checks.refuse(
-            f"{arm.names[joint]} in motion at {rows[row, 0]:g} s",
+            f"{robot.names[joint]} in motion at {rows[row, 0]:g} s",
             rule,
             float(rows[row, joint + 1]),
-            arm.units[joint],
+            robot.units[joint],
         )
 
 

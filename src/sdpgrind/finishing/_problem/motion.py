@@ -1,6 +1,8 @@
 """A planned motion: joints and feed over time, and the quantity nearest to its limit."""
 
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -10,34 +12,55 @@ import xarray as xr
 from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base import checks, pictures, stored
-from sdpgrind.base.arrays import lasting
+from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.sheets.blocks import AmountTable, figures
-from sdpgrind.finishing._problem.problem import FinishingProblem
+from sdpgrind.base.warned import warn
+from sdpgrind.finishing._problem.placed import turned
+from sdpgrind.finishing._problem.problem import FinishingProblem, check_pressed
 from sdpgrind.finishing.arm._heading import pitch_cosine
+from sdpgrind.finishing.arm._robot import Singularity
 from sdpgrind.finishing.timing._violations import Violation
 
 # chosen: relative excess of a limit that is an error; less is within the tolerance of the solvers
 EXCEEDED = 1e-3
 
 
-class Posture(NamedTuple):
-    """Posture of the arm, constant over a motion.
+@dataclass(frozen=True, eq=False)
+class Posture(ByValue):
+    """Posture of the robot over a motion.
 
     Attributes
     ----------
-    wrist_radius : float
-        Distance of the wrist from the first joint's axis, mm.
     branch : int
-        Branch 0 to 3, see `Arm.inverse`.
-    placement : (float, float, float)
-        Origin of the surface in the base frame with the table at zero, mm.
+        Branch: of an arm 0 to 3, see `Arm.inverse`; of other robots, see its ``solutions``.
+    placement : (float, float, float) or (float, float, float, float)
+        Origin of the surface in the base frame with the table at zero, mm, and its turn about z, rad.
+    free : mapping
+        Name -> values of a redundant freedom in every row (m,), such as "wrist_radius" of an `Arm`, mm.
     """
 
-    wrist_radius: float
     branch: int
-    placement: tuple[float, float, float]
+    placement: tuple[float, ...]
+    free: Mapping[str, Floats] = field(default_factory=dict, compare=False)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Posture):
+            return NotImplemented
+        same_free = self.free.keys() == other.free.keys() and all(
+            np.array_equal(self.free[name], other.free[name]) for name in self.free
+        )
+        return super().__eq__(other) is True and same_free
+
+    def __hash__(self) -> int:
+        return super().__hash__()
+
+    @property
+    def wrist_radius(self) -> float:
+        """Former place of the wrist radius of an arm, mm."""
+        warn("Posture.wrist_radius is now Posture.free['wrist_radius'], a row each", DeprecationWarning)
+        return float(self.free["wrist_radius"][0])
 
 
 class MotionState(NamedTuple):
@@ -45,8 +68,8 @@ class MotionState(NamedTuple):
 
     Attributes
     ----------
-    joints : array (..., 7)
-        Five joints of the arm, rad; two of the table, mm.
+    joints : array (..., n)
+        Joints of the robot, rad or mm; those of a table come last.
     length : array (...)
         Length of path travelled, mm.
     feed_rate : array (...)
@@ -84,7 +107,7 @@ class Motion(Plan):
     method : str
         The time law.
     posture : Posture
-        Wrist radius (mm), branch and placement (mm).
+        Branch, placement (mm, rad) and redundant freedoms (mm, rad).
     worst_violation : Violation
         Quantity nearest to its limit, or farthest beyond it; its time (s) and length (mm) count from the
         start of the motion.
@@ -125,17 +148,24 @@ class Motion(Plan):
 
     @property
     def joints(self) -> Floats:
-        """Joints, shape (m, 7): five of the arm in rad, two of the table in mm."""
+        """Joints, shape (m, n), rad or mm; those of a table come last."""
         return self._own("joints")
 
     @property
     def joint_speed(self) -> Floats:
-        """Speeds of the joints, shape (m, 7): rad/s and mm/s."""
+        """Speeds of the joints, shape (m, n), rad/s or mm/s."""
         return self._own("joint_speed")
 
     @property
     def torque_per_force(self) -> Floats:
-        """Motor torque per normal force, N m/N, shape (m,); depends on the direction of feed."""
+        """Motor torque per normal force, N m/N, shape (m,); depends on the direction of feed.
+
+        Raises
+        ------
+        ValueError
+            The tool is face-on: contact_angle is pi/2 (rad).
+        """
+        check_pressed(self.problem)
         return self._own("torque_per_force")
 
     def _own(self, name: str) -> Floats:
@@ -144,7 +174,7 @@ class Motion(Plan):
     @cached_property
     def poses(self) -> Floats:
         """Poses A_P^B of the tool in the base frame (mm), Wang eq. (1), shape (m, 4, 4)."""
-        return lasting(self.problem.arm.forward(self.joints))
+        return lasting(self.problem.robot.forward(self.joints))
 
     @cached_property
     def points(self) -> Floats:
@@ -152,12 +182,11 @@ class Motion(Plan):
         return lasting(self._tips(self.joints))
 
     def _tips(self, joints: Floats) -> Floats:
-        """Tool tips at `joints` (m, 7) in the frame of the surface, mm, shape (m, 3)."""
-        poses = self.problem.arm.forward_work(joints)
-        tips: Floats = (
-            poses[:, :3, 3] + self.problem.lever_arm * poses[:, :3, 2] - np.array(self.posture.placement)
-        )
-        return tips
+        """Tool tips at `joints` (m, n) in the frame of the surface, mm, shape (m, 3)."""
+        poses = self.problem.robot.forward_work(joints)
+        x, y, z, *turn = self.posture.placement
+        tips: Floats = poses[:, :3, 3] + self.problem.lever_arm * poses[:, :3, 2] - np.array([x, y, z])
+        return turned(tips, -turn[0]) if turn else tips
 
     @cached_property
     def error(self) -> float:
@@ -169,7 +198,7 @@ class Motion(Plan):
 
     @property
     def profile(self) -> Floats:
-        """Times (s) and joints (rad, mm) for a robot controller, shape (k, 8), each time once."""
+        """Times (s) and joints (rad, mm) for a robot controller, shape (k, n + 1), each time once."""
         table: Floats = np.column_stack([self.time, self.joints])[self._once]
         return table
 
@@ -196,7 +225,7 @@ class Motion(Plan):
         Returns
         -------
         MotionState
-            Joints (..., 7) in rad and mm, length in mm, feed rate in mm/s.
+            Joints (..., n) in rad or mm, length in mm, feed rate in mm/s.
 
         Raises
         ------
@@ -214,8 +243,17 @@ class Motion(Plan):
 
     @property
     def least_cos_pitch(self) -> float:
-        """Least ``|cos phi|`` of the tool axis, unit 1; inversely proportional to the first joint's speed."""
+        """Least ``|cos phi|`` of the tool axis, unit 1; an arm's q1 turns faster by its inverse."""
         return float(pitch_cosine(self.poses).min())
+
+    @cached_property
+    def worst_singularity(self) -> Singularity:
+        """Row nearest to a singular pose: distances (unit 1), its time (s) and length (mm)."""
+        found = self.problem.robot.singularities(self.joints)
+        each = {name: float(np.min(distance)) for name, distance in found.items()}
+        name = min(each, key=lambda known: each[known])
+        row = int(np.argmin(found[name]))
+        return Singularity(name, each[name], float(self.time[row]), float(self.length[row]), each)
 
     @property
     def status(self) -> str:
@@ -241,6 +279,7 @@ class Motion(Plan):
             ("mean_feed_rate", self.mean_feed_rate, "mm/s"),
             ("tool_off_the_path", self.error, "mm"),
             ("least_cos_pitch", self.least_cos_pitch, "1"),
+            ("nearest singularity", f"{self.worst_singularity}", ""),
             ("nearest limit", f"{self.worst_violation}", ""),
             ("time law", self.method, ""),
         )
@@ -250,20 +289,39 @@ class Motion(Plan):
     def dataset(self) -> xr.Dataset:
         """Rows and problem as labelled arrays: lengths in mm, angles in rad, times in s."""
         told = {"problem": stored.encode(self.problem), "method": self.method}
-        told["posture"], told["worst_violation"] = json.dumps(self.posture), json.dumps(self.worst_violation)
+        told["posture"], told["worst_violation"] = _written(self.posture), json.dumps(self.worst_violation)
         return self._data.assign_attrs(told)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
         told = dataset.attrs
-        radius, branch, place = json.loads(told["posture"])
+        posture = _posture(json.loads(told["posture"]), dataset.sizes["row"])
         worst = Violation(*json.loads(told["worst_violation"]))
         problem, method = stored.decode(told["problem"]), str(told["method"])
-        return cls(
-            problem, method, Posture(radius, branch, tuple(place)), worst, dataset.drop_attrs(deep=False)
-        )
+        return cls(problem, method, posture, worst, dataset.drop_attrs(deep=False))
 
     def _told(self) -> str:
         way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"
         share = 100 * self.mean_feed_rate / self.problem.feed_rate
         return f"{way}, {share:.0f} % of the feed rate, {self.method}; {self.status}"
+
+
+def _written(posture: Posture) -> str:
+    """JSON of a posture; a freedom that is the same in every row is one number."""
+    free = {
+        name: float(values[0]) if np.all(values == values[0]) else values.tolist()
+        for name, values in posture.free.items()
+    }
+    return json.dumps({"branch": posture.branch, "placement": posture.placement, "free": free})
+
+
+def _posture(told: Any, rows: int) -> Posture:
+    """Posture of a file; version 0.1.0 wrote wrist radius, branch and placement."""
+    if isinstance(told, list):
+        radius, branch, place = told
+        told = {"branch": branch, "placement": place, "free": {"wrist_radius": radius}}
+    free = {
+        name: lasting(np.broadcast_to(np.asarray(value, dtype=float), (rows,)))
+        for name, value in told["free"].items()
+    }
+    return Posture(int(told["branch"]), tuple(told["placement"]), free)

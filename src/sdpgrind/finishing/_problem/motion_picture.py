@@ -1,6 +1,7 @@
 """Picture of a motion: feed along the path, and the joints' shares of their limits."""
 
-from itertools import pairwise
+from collections.abc import Sequence
+from itertools import cycle, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,11 +14,12 @@ from sdpgrind.finishing.surface._picture import fill
 if TYPE_CHECKING:
     from sdpgrind.finishing._problem.motion import Motion
 
-# chosen: time slices drawn by their extremes, one a column of pixels; few where seven lines stay apart
+# chosen: time slices drawn by their extremes, one a column of pixels; few where lines stay apart
 MANY, FEW = 1500, 150
 PIECES = 3000  # chosen: line pieces of the path; more are not visible
 CLOSE = 1.0  # s, chosen: shows single corners around the place nearest to a limit
-COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "black", "0.55")  # table: dark
+TURNING = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown", "tab:pink")
+SLIDING = ("black", "0.55", "0.35", "0.75")  # table: dark
 
 
 def plot(motion: "Motion") -> Any:
@@ -85,21 +87,27 @@ def _draw_close(axis: Any, motion: "Motion") -> None:
 
 def _draw_joints(axis: Any, motion: "Motion") -> None:
     """Draw each joint's share of its speed or acceleration limit, the greater one, over time."""
-    arm, step = motion.problem.arm, np.diff(motion.time)
+    robot, step = motion.problem.robot, np.diff(motion.time)
     lasting = step > 0
     pushed = (
         np.diff(motion.joint_speed, axis=0)[lasting]
         / step[lasting, np.newaxis]
-        / np.array(arm.acceleration_max)
+        / np.array(robot.acceleration_max)
     )
-    share = np.maximum(np.abs(motion.joint_speed[:-1][lasting]) / np.array(arm.speed_max), np.abs(pushed))
-    for k, (name, colour) in enumerate(zip(arm.names, COLOURS, strict=True)):
+    share = np.maximum(np.abs(motion.joint_speed[:-1][lasting]) / np.array(robot.speed_max), np.abs(pushed))
+    for k, (name, colour) in enumerate(zip(robot.names, _colours(robot.units), strict=True)):
         time, _, high = _extremes(motion.time[:-1][lasting], share[:, k], FEW)
         axis.plot(time, 100 * high, lw=0.9, label=name, color=colour)
     axis.axhline(100, color="0.4", lw=0.8, ls="--")
     axis.set(ylabel="used of limits [%]", xlabel="time [s]", xlim=(0, motion.duration))
     axis.set_ylim(-5, max(130.0, 115 * float(share.max())))  # joints at rest lie above the frame
-    pictures.legend(axis, ncol=7, loc="upper center", handlelength=1)
+    pictures.legend(axis, ncol=len(robot.names), loc="upper center", handlelength=1)
+
+
+def _colours(units: Sequence[str]) -> list[str]:
+    """Colours of joints: bright for those that turn, dark for those that slide."""
+    turning, sliding = cycle(TURNING), cycle(SLIDING)
+    return [next(turning if unit == "rad" else sliding) for unit in units]
 
 
 def _extremes(time: Floats, values: Floats, slices: int) -> tuple[Floats, Floats, Floats]:

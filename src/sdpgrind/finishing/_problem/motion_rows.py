@@ -1,13 +1,14 @@
 """Rows of a motion: joints, feed and lever of all runs in sequence."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._problem.problem import FinishingProblem
-from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
@@ -30,8 +31,10 @@ def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[Ti
     time, length, feed, joints, speed, inside = (
         np.concatenate(column) for column in zip(*tables, strict=True)
     )
-    lever = problem.torque_per_force(problem.feed_angles(problem.path.at(inside)))
-    return _labelled(problem.arm, time, length, feed, joints, speed, lever)
+    lever = (
+        None if problem.face_on else problem.torque_per_force(problem.feed_angles(problem.path.at(inside)))
+    )
+    return _labelled(problem.robot, time, length, feed, joints, speed, lever)
 
 
 def _times(law: TimeLaw) -> Floats:
@@ -45,9 +48,15 @@ def _times(law: TimeLaw) -> Floats:
 
 
 def _labelled(
-    arm: Arm, time: Floats, length: Floats, feed: Floats, joints: Floats, speed: Floats, lever: Floats
+    robot: Robot,
+    time: Floats,
+    length: Floats,
+    feed: Floats,
+    joints: Floats,
+    speed: Floats,
+    lever: Floats | None,
 ) -> xr.Dataset:
-    columns = {
+    columns: dict[str, Any] = {
         "time": ("row", time, {"units": "s", "long_name": "time"}),
         "length": ("row", length, {"units": "mm", "long_name": "length of path behind"}),
         "feed_rate": ("row", feed, {"units": "mm/s", "long_name": "feed along the path"}),
@@ -57,10 +66,8 @@ def _labelled(
             speed,
             {"units": "joint_unit/s", "long_name": "speed of the joints"},
         ),
-        "torque_per_force": (
-            "row",
-            lever,
-            {"units": "N m/N", "long_name": "motor torque for each N of normal force"},
-        ),
     }
-    return xr.Dataset(columns, {"joint": list(arm.names), "joint_unit": ("joint", list(arm.units))})
+    if lever is not None:
+        told = {"units": "N m/N", "long_name": "motor torque for each N of normal force"}
+        columns["torque_per_force"] = ("row", lever, told)
+    return xr.Dataset(columns, {"joint": list(robot.names), "joint_unit": ("joint", list(robot.units))})

@@ -10,10 +10,12 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError, Posture
 from sdpgrind.finishing._problem.motion_rows import rows
+from sdpgrind.finishing._problem.placed import placed
 from sdpgrind.finishing._problem.problem import TABLE_HEIGHT, FinishingProblem
 from sdpgrind.finishing.arm._arm import Arm
-from sdpgrind.finishing.arm._branches import ArmChoice, choose_branches
+from sdpgrind.finishing.arm._choice import RobotChoice, choose
 from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
+from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.timing._joint_path import JointPath
@@ -82,16 +84,16 @@ def plan(
         posture_of(problem, problem.path.sample(per_leg=1))
     progress(0.0, "joints along the path")
     samples = problem.path.sample(per_leg=_per_leg(problem.path))
-    posture, joints = posture_of(problem, samples)
-    arm = problem.arm
+    chosen, place = posture_of(problem, samples)
+    robot = problem.robot
     limits = JointLimits(
-        arm.names,
-        speed_max=arm.speed_max,
-        acceleration_max=arm.acceleration_max,
-        jerk_max=arm.jerk_max if method == "min_time" else None,
+        robot.names,
+        speed_max=robot.speed_max,
+        acceleration_max=robot.acceleration_max,
+        jerk_max=robot.jerk_max if method == "min_time" else None,
     )
     pace = problem.acceleration if method == "trapezoid" else None
-    runs = runs_of(samples, joints)
+    runs = runs_of(samples, chosen.joints)
     laws = time_laws(
         runs,
         limits,
@@ -102,9 +104,10 @@ def plan(
     )
     worst = worst_violation(runs, laws, limits=limits, feed_rate=problem.feed_rate)
     begun = sum(law.duration for law in laws[: worst.run])
-    motion = Motion(
-        problem, method, posture, worst._replace(time=begun + worst.time), rows(problem, runs, laws)
-    )
+    table = rows(problem, runs, laws)
+    free = {name: np.full(table.sizes["row"], value) for name, value in chosen.free.items()}
+    posture = Posture(chosen.branch, place, free)
+    motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), table)
     if throw and worst.ratio > 1 + EXCEEDED:
         raise MotionError(
             f"a limit is exceeded: {motion.worst_violation}; try a lower feed_rate or another method", motion
@@ -118,40 +121,45 @@ def _per_leg(path: Path) -> int:
     return max(FEWEST, math.ceil(longest / STEP))
 
 
-def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[Posture, Floats]:
-    """Return the posture of the arm and its joints at every sample."""
+def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[RobotChoice, tuple[float, ...]]:
+    """Return branch and joints of the robot at every sample, and the placement (mm, rad)."""
     poses = problem.tool_poses(samples)
     if problem.heading == "feed_aligned":
         _refuse_corners(problem, np.split(poses, _cuts(samples)))
-    place = np.array(problem.placement if problem.placement is not None else _centred(problem, poses))
-    poses[:, :3, 3] += place
-    chosen = _chosen(problem, problem.arm, poses)
-    return Posture(float(chosen.wrist_radius), int(chosen.branch), tuple(place.tolist())), chosen.joints
+    place = problem.placement if problem.placement is not None else _centred(problem, poses)
+    return _chosen(problem, problem.robot, placed(poses, place)), place
 
 
-def _chosen(problem: FinishingProblem, arm: Arm, poses: Floats) -> ArmChoice:
-    """Branch and wrist radius for the whole path."""
+def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoice:
+    """Branch and redundant freedoms for the whole path."""
     try:
-        return choose_branches(arm, [poses], wrist_radii=problem.wrist_radii)[0]
+        return choose(robot, poses)
     except ValueError as error:
         raise ValueError(f"{_advice(problem)} ({error})") from None
 
 
 def _advice(problem: FinishingProblem) -> str:
-    """Advice where no posture of the arm reaches the whole path."""
+    """Advice where no posture of the robot reaches the whole path."""
+    azimuth = f"azimuth (now {problem.azimuth:.4g} rad)"
+    if not isinstance(problem.robot, Arm):
+        return f"the robot must reach the path: try another placement or {azimuth}"
     if problem.path.frames()[:, 2, 2].mean() < 0:
         return "surface must have its outward normals up; outward=-1 turns them"
     if problem.heading == "feed_aligned":
         return (
             "without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading='fixed'"
         )
-    azimuth = f"azimuth (now {problem.azimuth:.4g} rad)"
     return f"the arm must reach the path: try another {azimuth}, placement or wrist_radius"
 
 
 def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, float]:
     """Placement of the surface (mm) that centres the travel of a table without limits."""
-    arm, raised = problem.arm, poses.copy()
+    arm, raised = problem.robot, poses.copy()
+    if not isinstance(arm, Arm):
+        raise ValueError(
+            "placement must be given for a robot without a table: x, y, z (mm), and a turn about z (rad);"
+            " got None"
+        )
     raised[:, 2, 3] += TABLE_HEIGHT
     endless = arm.replace(
         position_min=(*arm.position_min[:5], -ENDLESS, -ENDLESS),
@@ -164,11 +172,17 @@ def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, fl
 
 
 def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
-    """Raise where a tool turned into the feed would have to turn, and the work with it, at a sharp corner."""
+    """Raise where a tool turned into the feed would have to turn at a sharp corner, and the work with it."""
     if len(runs) == 1:
         return
-    jumps = corner_jumps(problem.arm, runs, wrist_radius=problem.wrist_radii[0])
-    check_corners(problem.arm, jumps)
+    arm = problem.robot
+    if not isinstance(arm, Arm):
+        raise ValueError(
+            "path must be without sharp corners where heading is 'feed_aligned', as the tool would turn there"
+            f" in contact; got {len(runs) - 1} of them; take path.blended() or a fixed heading"
+        )
+    jumps = corner_jumps(arm, runs, wrist_radius=arm.wrist_radii[0])
+    check_corners(arm, jumps)
     k = int(np.argmax(np.abs(jumps.turn)))
     raise ValueError(
         f"path must be without sharp corners where heading is 'feed_aligned': at corner {k} q1 would turn by"

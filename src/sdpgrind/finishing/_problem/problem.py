@@ -13,9 +13,13 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.doubts.record import Doubts, asked
 from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, valued
 from sdpgrind.base.stored import encode
+from sdpgrind.base.warned import warn
+from sdpgrind.finishing._problem.former_fields import current, former, takes_former_fields
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._lever import feed_angle, torque_per_force
-from sdpgrind.finishing.arm._tool import HEADINGS, checked_hold, tool_poses
+from sdpgrind.finishing.arm._robot import Robot
+from sdpgrind.finishing.arm._serial import SerialRobot
+from sdpgrind.finishing.arm._tool import HEADINGS, checked_hold, is_face_on, tool_poses
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.roughness._model import RoughnessModel
@@ -28,14 +32,40 @@ SLOWEST, FASTEST = 0.1, 1e4  # mm/s, chosen: a feed outside is in another unit
 
 def _place(name: str, value: Any) -> tuple[float, ...]:
     place = checks.finite_array(name, value, "mm")
-    if place.shape != (3,):
-        raise ValueError(f"{name} must be three coordinates (mm); got {checks.shown(value)}")
+    if place.shape not in ((3,), (4,)):
+        raise ValueError(
+            f"{name} must be three coordinates (mm), and a turn about z (rad) or none;"
+            f" got {checks.shown(value)}"
+        )
+    if place.size == 4 and abs(place[3]) > 2 * math.pi:
+        raise checks.refuse(f"turn of {name}", "within a turn; units.deg(90)", float(place[3]), "rad")
     return tuple(place.tolist())
 
 
+def _robot(name: str, value: Any) -> Robot:
+    """Check that a robot has what the planner asks, and an inverse."""
+    if not isinstance(value, Robot):
+        missing = sorted(each for each in _ASKED if not hasattr(value, each))
+        lacks = f", without {', '.join(missing)}" if 0 < len(missing) < len(_ASKED) else ""
+        raise TypeError(
+            f"{name} must be a robot: an Arm, a SerialRobot, or of the protocol finishing.Robot;"
+            f" got {checks.shown(value)}{lacks}"
+        )
+    if isinstance(value, SerialRobot):
+        _ = value.closed_form  # refused where there is none
+    return value
+
+
+_ASKED = (
+    "names", "units", "position_min", "position_max", "speed_max", "acceleration_max", "jerk_max",
+    "forward", "forward_work", "solutions", "redundancy", "jacobian", "singularities",
+)  # fmt: skip
+
+
+@takes_former_fields
 @described("finishing.problem")
 class FinishingProblem(Described):
-    """A path over a surface, for a tool on a torque-controlled axis held by a robot, the work on an xy table.
+    """A path over a surface, for a tool on a torque-controlled axis held by a robot.
 
     Parameters
     ----------
@@ -43,10 +73,11 @@ class FinishingProblem(Described):
         Path of the contact; see `hilbert` and `zigzag`.
     model : RoughnessModel
         Roughness that the tool leaves.
-    arm : Arm
-        The robot and its table, with their limits.
+    robot : Robot
+        The robot, its table if it has one, and their limits: an `Arm`, a `SerialRobot`, or of a class of
+        yours. The radii of an arm's wrist are among its fields.
     contact_angle : float
-        theta_f between tool axis and surface, rad, in [0, pi/2).
+        theta_f between tool axis and surface, rad, in [0, pi/2]. pi/2: face-on, not pressed by a torque.
     lever_arm : float
         R from the motor's axis to the contact, mm.
     heading : {"fixed", "feed_aligned"}
@@ -66,17 +97,14 @@ class FinishingProblem(Described):
         Tangential over normal force of the tool, unit 1.
     tool_diameter : float
         Diameter in the roughness model, mm; not that of the footprint.
-    wrist_radius : float or tuple of float
-        Distance of the wrist from the first joint's axis, mm: the one redundant freedom of arm and table. Of
-        several, the planner takes that with the least joint travel.
-    placement : (float, float, float), optional
-        Origin of the surface in the base frame with the table at zero, mm. None: centres the travel of the
-        table, 100 mm up.
+    placement : (float, float, float) or (float, float, float, float), optional
+        Origin of the surface in the base frame with the table at zero, mm, and its turn about z, rad. None:
+        centres the travel of the table, 100 mm up; a robot without a table needs one.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or the tool would lock itself.
+        When a value is out of range, the tool would lock itself, or the robot has no inverse.
 
     Examples
     --------
@@ -94,7 +122,7 @@ class FinishingProblem(Described):
         " (see finishing.roughness.RoughnessModel.published)",
         default_factory=RoughnessModel.published,
     )
-    arm: Arm = part(Arm, " (see finishing.Arm.generic)", default_factory=Arm.generic)
+    robot: Robot = custom(_robot, default_factory=Arm.generic)
     contact_angle: float = quantity("rad", default=units.deg(30.0))
     lever_arm: float = quantity("mm", above=0, usual=(0.0, 5000.0), typical=95, default=95.0)
     heading: str = choice(*HEADINGS, default="fixed")
@@ -104,8 +132,7 @@ class FinishingProblem(Described):
     acceleration: float = quantity("mm/s^2", above=0, usual=(30.0, 1e7), typical=1000, default=1000.0)
     friction_ratio: float = quantity("1", at_least=0, default=0.3)
     tool_diameter: float = quantity("mm", above=0, usual=(0.05, 1000.0), typical=4, default=4.0)
-    wrist_radius: float | tuple[float, ...] = custom(unit="mm", default=350.0)
-    placement: tuple[float, float, float] | None = custom(_place, "mm", default=None)
+    placement: tuple[float, ...] | None = custom(_place, "mm", default=None)
 
     def _check(self) -> None:
         checked_hold(self.contact_angle, self.lever_arm, self.pushed)
@@ -119,12 +146,33 @@ class FinishingProblem(Described):
         if not SLOWEST <= self.feed_rate <= FASTEST:
             raise self._refused("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?")
         # a fixed tool meets every direction of feed
-        for turned in (0.0, math.pi) if self.heading == "fixed" else (0.0,):
+        turns = (0.0, math.pi) if self.heading == "fixed" else (0.0,)
+        for turned in () if self.face_on else turns:
             self.torque_per_force(turned)
-        for k, radius in enumerate(self.wrist_radii):
-            checks.positive(
-                f"wrist_radius[{k}]" if len(self.wrist_radii) > 1 else "wrist_radius", radius, "mm"
-            )
+
+    @classmethod
+    def _from_file(cls, **fields: Any) -> Self:
+        """Return the problem of a file, of version 0.1.0, too."""
+        return cls(**current(fields, quiet=True))
+
+    @property
+    def _former_fields(self) -> list[tuple[str, Any]]:
+        return former(self)
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed.
+
+        Parameters
+        ----------
+        **changes
+            Fields of this problem, in their own units; also fields of its ``model``.
+
+        Raises
+        ------
+        ValueError
+            When a name is a field of neither.
+        """
+        return super().replace(**current(changes, self.robot))
 
     def __repr__(self) -> str:
         path = f"{self.path.pattern} of {len(self.path.nodes)} nodes at {self.feed_rate:g} mm/s"
@@ -137,10 +185,26 @@ class FinishingProblem(Described):
         return self.path.surface
 
     @property
-    def wrist_radii(self) -> tuple[float, ...]:
-        """Candidate distances of the wrist from the first joint's axis, mm."""
-        asked = self.wrist_radius
-        return tuple(asked) if isinstance(asked, tuple | list) else (asked,)
+    def arm(self) -> Robot:
+        """Former name of `robot` (mm, rad, s)."""
+        warn("FinishingProblem.arm is now FinishingProblem.robot", DeprecationWarning)
+        return self.robot
+
+    @property
+    def wrist_radius(self) -> Any:
+        """Former place of the wrist radius of an arm, mm."""
+        warn("FinishingProblem.wrist_radius is now robot.wrist_radius", DeprecationWarning)
+        return checks.kind("robot", self.robot, Arm).wrist_radius
+
+    @property
+    def turn(self) -> float:
+        """Turn of the surface about z of the base, rad."""
+        return self.placement[3] if self.placement is not None and len(self.placement) == 4 else 0.0
+
+    @property
+    def face_on(self) -> bool:
+        """Whether the tool's axis is along the normal: contact_angle is pi/2, in rad."""
+        return is_face_on(self.contact_angle)
 
     def torque_per_force(self, feed_angle: Any) -> Any:
         """Return the motor torque per normal force, N m/N.
@@ -165,6 +229,8 @@ class FinishingProblem(Described):
         """
         held = {name: getattr(self, name) for name in ("contact_angle", "lever_arm", "heading", "pushed")}
         held["azimuth"] = self.azimuth + math.pi  # a dragged tool points against its heading
+        if self.turn:
+            held["azimuth"] -= self.turn  # the azimuth is that in the base
         return tool_poses(samples.point, samples.tangent, samples.normal, **held)
 
     def feed_angles(self, samples: PathSamples) -> Floats:
@@ -243,3 +309,10 @@ class FinishingProblem(Described):
 def _digest(path: Path) -> str:
     """Hash of a path, 12 hexadecimal digits."""
     return hashlib.sha256(encode(path).encode()).hexdigest()[:12]
+
+
+def check_pressed(problem: FinishingProblem, name: str = "contact_angle") -> None:
+    """Refuse a tool that no torque of its motor presses."""
+    if problem.face_on:
+        rule = "< pi/2: no torque of the axis presses a tool that is face-on"
+        raise checks.refuse(name, rule, problem.contact_angle, "rad")

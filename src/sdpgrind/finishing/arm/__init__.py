@@ -1,4 +1,4 @@
-"""Robot arm and xy table: kinematics, choice of branches, jumps at corners, torque per force."""
+"""Robots: kinematics of the arm and of serial robots, choice of branches, corners, torque per force."""
 
 from sdpgrind.base import faces
 

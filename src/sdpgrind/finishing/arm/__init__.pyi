@@ -5,4 +5,11 @@ from ._heading import CornerJumps as CornerJumps
 from ._heading import corner_jumps as corner_jumps
 from ._lever import feed_angle as feed_angle
 from ._lever import torque_per_force as torque_per_force
+from ._mount import tool as tool
+from ._robot import Redundancy as Redundancy
+from ._robot import Robot as Robot
+from ._robot import Singularity as Singularity
+from ._robot_presets import robot as robot
+from ._robot_presets import robots as robots
+from ._serial import SerialRobot as SerialRobot
 from ._tool import tool_poses as tool_poses

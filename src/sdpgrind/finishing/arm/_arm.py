@@ -1,19 +1,21 @@
 """A robot of five joints over a table of two: lengths, limits, poses, joints."""
 
 import math
-from dataclasses import KW_ONLY
-from typing import ClassVar, Self
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, fields
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.base.quantities import Described, custom, described, quantity
+from sdpgrind.base.quantities import Described, custom, described, quantity, units_of
 from sdpgrind.base.units import deg
 from sdpgrind.finishing.arm import _forward as chain
 from sdpgrind.finishing.arm import _inverse as closed_form
 from sdpgrind.finishing.arm._damped import damped
+from sdpgrind.finishing.arm._robot import Redundancy
 
 NAMES = ("q1", "q2", "q3", "q4", "q5", "X", "Y")
 UNITS = ("rad",) * 5 + ("mm",) * 2
@@ -37,6 +39,16 @@ def _rates(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
     for joint, unit, value in zip(NAMES, UNITS, found, strict=True):
         checks.positive(f"{name} of {joint}", value, unit)
     return found
+
+
+def _radii(name: str, value: float | npt.ArrayLike) -> float | tuple[float, ...]:
+    """Check one wrist radius, or several."""
+    if np.ndim(value) == 0:
+        return checks.positive(name, value, "mm")
+    found = checks.finite_array(name, value, "mm")
+    if found.ndim != 1 or not found.size:
+        raise ValueError(f"{name} must be one number or several (mm); got {checks.shown(value)}")
+    return tuple(checks.positive(f"{name}[{k}]", each, "mm") for k, each in enumerate(found.tolist()))
 
 
 def _seven(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
@@ -70,6 +82,9 @@ class Arm(Described):
         Limits of q1 to q5 and of the table's X and Y: rad, mm.
     speed_max, acceleration_max, jerk_max : tuple of float
         In rad/s, mm/s; in rad/s^2, mm/s^2; in rad/s^3, mm/s^3. jerk_max None: no limit.
+    wrist_radius : float or tuple of float
+        Distance of the wrist from the first axis, mm; of several, the planner takes that with the least
+        travel of the joints.
 
     Raises
     ------
@@ -95,6 +110,7 @@ class Arm(Described):
     speed_max: tuple[float, ...] = custom(_rates, "rad/s, mm/s")
     acceleration_max: tuple[float, ...] = custom(_rates, "rad/s^2, mm/s^2")
     jerk_max: tuple[float, ...] | None = custom(_rates, "rad/s^3, mm/s^3")
+    wrist_radius: float | tuple[float, ...] = custom(_radii, "mm", default=350.0)
 
     names: ClassVar[tuple[str, ...]] = NAMES
     units: ClassVar[tuple[str, ...]] = UNITS
@@ -105,6 +121,12 @@ class Arm(Described):
                 raise ValueError(
                     f"position_max of {joint} must be > position_min ({unit}); got {high!r} and {low!r}"
                 )
+
+    @property
+    def _former_fields(self) -> list[tuple[str, Any]]:
+        """Fields of version 0.1.0, in which the wrist radius was the problem's."""
+        names = [field.name for field in fields(self) if field.name != "wrist_radius"]
+        return [(name, getattr(self, name)) for name in names]
 
     @classmethod
     def generic(cls) -> Self:
@@ -130,6 +152,16 @@ class Arm(Described):
     def lengths(self) -> tuple[float, float, float, float]:
         """Lengths d1, a2, a3, d5, mm."""
         return self.d1, self.a2, self.a3, self.d5
+
+    @property
+    def wrist_radii(self) -> tuple[float, ...]:
+        """Candidate distances of the wrist from the first axis, mm."""
+        return self.wrist_radius if isinstance(self.wrist_radius, tuple) else (self.wrist_radius,)
+
+    @property
+    def redundancy(self) -> tuple[Redundancy, ...]:
+        """Freedom that a pose leaves: the distance of the wrist from the first axis, mm."""
+        return (Redundancy("wrist_radius", self.wrist_radii),)
 
     def forward(self, joints: npt.ArrayLike) -> Floats:
         """Return the pose of P in the base frame.
@@ -225,7 +257,7 @@ class Arm(Described):
         True
         """
         checks.one_of("branch", branch, range(4))
-        radius, array = checks.positive("wrist_radius", wrist_radius, "mm"), closed_form.checked_poses(poses)
+        radius, array = _radius(wrist_radius), closed_form.checked_poses(poses)
         joints, reached = closed_form.joints_of(self, array, radius, branch, continuous)
         found = closed_form.excess(self, array, radius, joints, reached)
         if found is not None:
@@ -250,10 +282,59 @@ class Arm(Described):
         reachable : array of bool (4, m)
             Whether the pose is within reach and all joints within their limits.
         """
-        radius, array = checks.positive("wrist_radius", wrist_radius, "mm"), closed_form.checked_poses(poses)
+        radius, array = _radius(wrist_radius), closed_form.checked_poses(poses)
         found = [closed_form.joints_of(self, array, radius, branch, continuous) for branch in range(4)]
         reachable = [reached & closed_form.within_limits(self, joints) for joints, reached in found]
         return np.stack([joints for joints, _ in found]), np.stack(reachable)
+
+    def solutions(self, poses: npt.ArrayLike) -> Floats:
+        """Return the joints of the four branches at each wrist radius, within their limits or not.
+
+        Parameters
+        ----------
+        poses : array_like (m, 4, 4)
+            Poses of P in the frame of the work with the table at zero, mm; each by itself.
+
+        Returns
+        -------
+        array (m, 4 k, 7)
+            Joints, rad, and table, mm: branches 0 to 3 at the first of k radii, then at the next; NaN where
+            the wrist is out of reach.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing
+        >>> arm = finishing.Arm.generic().replace(wrist_radius=(300.0, 350.0))
+        >>> arm.solutions([arm.forward_work([0.0, 0.2, -1.0, 0.3, 0.1, 0.0, 0.0])]).shape
+        (1, 8, 7)
+        """
+        given, out = closed_form.checked_poses(poses), []
+        for radius in self.wrist_radii:
+            for branch in range(4):
+                joints, reached = closed_form.joints_of(self, given, radius, branch, False)
+                out.append(np.where(reached[:, None], joints, np.nan))
+        return np.stack(out, axis=1)
+
+    def singularities(self, joints: npt.ArrayLike) -> Mapping[str, Floats]:
+        """Return the distances from singular poses, unit 1.
+
+        "vertical": ``|cos phi|`` of the tool, whose inverse the speed of q1 follows; "elbow": ``|sin q3|``.
+
+        Parameters
+        ----------
+        joints : array_like (..., 7)
+            Joints, rad, and table, mm.
+
+        Returns
+        -------
+        dict
+            Name -> array (...).
+        """
+        array = _joints(joints, (5, 7))
+        return {
+            "vertical": np.abs(np.cos(array[..., 1:4].sum(axis=-1))),
+            "elbow": np.abs(np.sin(array[..., 2])),
+        }
 
     def solve(self, pose: npt.ArrayLike, start: npt.ArrayLike) -> Floats:
         """Return joints near a start for one pose, by damped least squares.
@@ -296,6 +377,10 @@ class Arm(Described):
         if found is not None:
             raise ValueError(f"start: {found.text}")
         return damped(self, target, begin)
+
+
+def _radius(wrist_radius: float) -> float:
+    return checks.positive("wrist_radius", wrist_radius, units_of(Arm)["wrist_radius"])
 
 
 def _joints(joints: npt.ArrayLike, widths: tuple[int, ...]) -> Floats:

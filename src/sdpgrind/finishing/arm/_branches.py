@@ -1,4 +1,4 @@
-"""Choice of branch and wrist radius for the runs of a path, by dynamic programming."""
+"""Choice of branch, and of wrist radius, for the runs of a path, by dynamic programming."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,6 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _kinematics_kernels as kernels
 from sdpgrind.finishing.arm._inverse import BRANCHES, Excess, checked_runs, excess, joints_of
+from sdpgrind.finishing.arm._robot import Robot, angular
 
 if TYPE_CHECKING:
     from sdpgrind.finishing.arm._arm import Arm
@@ -37,7 +38,7 @@ class ArmChoice(NamedTuple):
     joints: Floats
 
 
-class _Way(NamedTuple):
+class Way(NamedTuple):
     """One candidate on one run: joints at both ends, duration (s), and why it is impossible, or None."""
 
     first: Floats
@@ -91,7 +92,7 @@ def choose_branches(
     ways = [[_way(arm, poses, *pair) for pair in pairs] for poses in checked]
     for k, row in enumerate(ways):
         _refuse_impossible(k, row, pairs)
-    picked = [pairs[p] for p in _least_travel(arm, ways, [f"{BRANCHES[b]} at {r!r} mm" for b, r in pairs])]
+    picked = [pairs[p] for p in least_travel(arm, ways, [f"{BRANCHES[b]} at {r!r} mm" for b, r in pairs])]
     taken = [
         joints_of(arm, poses, radius, branch, True)[0]
         for poses, (branch, radius) in zip(checked, picked, strict=True)
@@ -111,28 +112,34 @@ def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
     return [checks.positive(f"wrist_radii[{k}]", value, "mm") for k, value in enumerate(array.tolist())]
 
 
-def _way(arm: "Arm", poses: Floats, branch: int, radius: float) -> _Way:
+def _way(arm: "Arm", poses: Floats, branch: int, radius: float) -> Way:
     """Return one branch at one radius on one run."""
     joints, reached = joints_of(arm, poses, radius, branch, True)
-    time, at = kernels.travel(joints, np.array(arm.speed_max), TURN)
+    time, at = travel_of(arm, joints)
     # A jump also exceeds limits; the message names the jump.
-    wrong = _jump(arm, joints, int(at)) if at >= 0 else excess(arm, poses, radius, joints, reached)
-    return _Way(joints[0], joints[-1], float(time), wrong)
+    wrong = jump(arm, joints, at) if at >= 0 else excess(arm, poses, radius, joints, reached)
+    return Way(joints[0], joints[-1], time, wrong)
 
 
-def _jump(arm: "Arm", joints: Floats, at: int) -> Excess:
-    """Name the angle that turns too far from pose `at` to the next."""
-    turns = np.abs(joints[at + 1, :5] - joints[at, :5])
+def travel_of(robot: Robot, joints: Floats) -> tuple[float, int]:
+    """Time through the poses, s, and the pose after which an angle turns too far, or -1."""
+    time, at = kernels.travel(joints, np.array(robot.speed_max, dtype=float), angular(robot), TURN)
+    return float(time), int(at)
+
+
+def jump(arm: Robot, joints: Floats, at: int, through: str = "the tool comes through the vertical") -> Excess:
+    """Name the angle that turns too far from pose `at` to the next; `through`: what makes it do so."""
+    turns = np.where(angular(arm), np.abs(joints[at + 1] - joints[at]), 0.0)
     j = int(np.argmax(turns))
     text = (
         f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a run;"
         f" got {turns[j]:.4g} between poses[{at}] and poses[{at + 1}],"
-        " where the heading has a corner, or the tool comes through the vertical"
+        f" where the heading has a corner, or {through}"
     )
     return Excess(at, text, float(turns[j] / TURN))
 
 
-def _refuse_impossible(k: int, row: list[_Way], pairs: list[tuple[int, float]]) -> None:
+def _refuse_impossible(k: int, row: list[Way], pairs: list[tuple[int, float]]) -> None:
     wrong = [(way.wrong, pair) for way, pair in zip(row, pairs, strict=True) if way.wrong is not None]
     if len(wrong) < len(row):
         return
@@ -143,8 +150,8 @@ def _refuse_impossible(k: int, row: list[_Way], pairs: list[tuple[int, float]]) 
     )
 
 
-def _least_travel(arm: "Arm", ways: list[list[_Way]], names: list[str]) -> list[int]:
-    """Index of the pair for every run."""
+def least_travel(arm: Robot, ways: list[list[Way]], names: list[str]) -> list[int]:
+    """Return the index of the candidate for every run."""
     count, size = len(ways), len(names)
     cost = _costs(arm, ways)
     problem = sdp.Problem(
@@ -177,7 +184,7 @@ def _whole(left: npt.ArrayLike) -> npt.NDArray[np.int64]:
     return np.rint(left).astype(np.int64)
 
 
-def _costs(arm: "Arm", ways: list[list[_Way]]) -> Floats:
+def _costs(arm: Robot, ways: list[list[Way]]) -> Floats:
     """Time (s) from a pair, or from the start, through a run in a pair: (run, from, to); inf: impossible."""
     count, size = len(ways), len(ways[0])
     inside = np.array([[np.inf if way.wrong is not None else way.time for way in row] for row in ways])

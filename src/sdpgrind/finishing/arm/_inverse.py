@@ -15,19 +15,24 @@ BRANCHES = ("forward, elbow up", "forward, elbow down", "backward, elbow up", "b
 SLACK = 1e-9  # rad or mm, chosen: rounding beyond a limit
 
 
-class Links(Protocol):
+class JointRanges(Protocol):
+    """Limits of joints, with their names and units."""
+
+    @property
+    def position_min(self) -> Sequence[float]: ...
+    @property
+    def position_max(self) -> Sequence[float]: ...
+    @property
+    def names(self) -> Sequence[str]: ...
+    @property
+    def units(self) -> Sequence[str]: ...
+
+
+class Links(JointRanges, Protocol):
     """Lengths and limits that the inversion needs; see `Arm`."""
 
     @property
     def lengths(self) -> tuple[float, float, float, float]: ...
-    @property
-    def position_min(self) -> tuple[float, ...]: ...
-    @property
-    def position_max(self) -> tuple[float, ...]: ...
-    @property
-    def names(self) -> tuple[str, ...]: ...
-    @property
-    def units(self) -> tuple[str, ...]: ...
 
 
 class Excess(NamedTuple):
@@ -87,13 +92,18 @@ def within_limits(arm: Links, joints: Floats) -> Bools:
 
 def excess(arm: Links, poses: Floats, radius: float, joints: Floats, reached: Bools) -> Excess | None:
     """Return the first excess of a limit, or None."""
-    low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
-    index = int(kernels.first_beyond(joints, reached, low, high))
+    index = first_beyond(arm, joints, reached)
     if index < 0:
         return None
     if not reached[index]:
         return _beyond_reach(arm, poses[index], radius, index)
-    return _beyond_limit(arm, joints[index], index)
+    return beyond_limit(arm, joints[index], index)
+
+
+def first_beyond(robot: JointRanges, joints: Floats, reached: Bools) -> int:
+    """Index of the first pose out of reach or with a joint beyond its limits, or -1."""
+    low, high = np.array(robot.position_min) - SLACK, np.array(robot.position_max) + SLACK
+    return int(kernels.first_beyond(joints, reached, low, high))
 
 
 def _beyond_reach(arm: Links, pose: Floats, radius: float, index: int) -> Excess:
@@ -108,7 +118,8 @@ def _beyond_reach(arm: Links, pose: Floats, radius: float, index: int) -> Excess
     return Excess(index, text, 1 + beyond / longest)
 
 
-def _beyond_limit(arm: Links, joints: Floats, index: int) -> Excess:
+def beyond_limit(arm: JointRanges, joints: Floats, index: int) -> Excess:
+    """Name the joint farthest beyond its limit."""
     low, high = np.array(arm.position_min), np.array(arm.position_max)
     beyond = np.maximum(low - joints, joints - high)
     j = int(np.argmax(beyond / (high - low)))

@@ -103,7 +103,7 @@ def first_beyond(joints, reached, low, high):
     """Index of the first pose out of reach or with a joint beyond its limits, or -1."""
     for i in range(len(joints)):
         kept = reached[i]
-        for j in range(7):
+        for j in range(joints.shape[1]):
             kept = kept and low[j] <= joints[i, j] <= high[j]
         if not kept:
             return i
@@ -111,15 +111,15 @@ def first_beyond(joints, reached, low, high):
 
 
 @compiled
-def travel(joints, speed, turn):
+def travel(joints, speed, angular, turn):
     """Time through the poses by the slowest joint, s; first pose after which an angle turns too far."""
     time, at = 0.0, -1
     for i in range(len(joints) - 1):
         longest = 0.0
-        for j in range(7):
+        for j in range(joints.shape[1]):
             way = abs(joints[i + 1, j] - joints[i, j])
             longest = max(longest, way / speed[j])
-            if j < 5 and way > turn and at < 0:
+            if angular[j] and way > turn and at < 0:
                 at = i
         time += longest
     return time, at

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.arm._tool import checked_hold, contacts
+from sdpgrind.finishing.arm._tool import checked_hold, contacts, is_face_on
 
 _MM_PER_M = 1000.0  # source: SI
 
@@ -60,6 +60,8 @@ def torque_per_force(
     1.397
     """
     angle, lever = checked_hold(contact_angle, lever_arm, pushed)
+    if is_face_on(angle):
+        raise checks.refuse("contact_angle", "< pi/2: a tool face-on locks itself", angle, "rad")
     ratio = checks.nonnegative("friction_ratio", friction_ratio)
     turned = checks.finite_array("feed_angle", feed_angle, "rad")
     against = (1.0 if pushed else -1.0) * np.cos(turned) * math.sin(angle)

@@ -13,6 +13,7 @@ HEADINGS = ("fixed", "feed_aligned")
 UPRIGHT = 1e-3
 SHORTEST = 1.0  # mm, chosen: a shorter lever arm is in another unit
 OFF_UNIT = 1e-6  # chosen: rounding of a unit vector
+FACING = 1e-9  # rad, chosen: rounding of a quarter of a turn
 
 
 def tool_poses(
@@ -46,7 +47,7 @@ def tool_poses(
     tangent, normal : array_like (m, 3)
         Unit vectors: direction of feed, and outward normal of the surface.
     contact_angle : float
-        theta_f from the surface to the tool, rad, in [0, pi/2).
+        theta_f from the surface to the tool, rad, in [0, pi/2].
     lever_arm : float
         R from the motor's axis to the contact, mm.
     pushed : bool
@@ -114,11 +115,16 @@ def _refuse(name: str, rule: str, off: Floats, wanted: float) -> None:
         raise checks.refuse(name.format(bad[0]), rule, float(off[bad[0]] + wanted))
 
 
+def is_face_on(contact_angle: float) -> bool:
+    """Whether a tool's axis is along the normal, so that no torque of its motor presses it."""
+    return contact_angle > math.pi / 2 - FACING
+
+
 def checked_hold(contact_angle: float, lever_arm: float, pushed: bool) -> tuple[float, float]:
     """Check contact angle (rad) and lever arm (mm) of a pushed or dragged tool."""
     angle = checks.number("contact_angle", contact_angle, "rad")
-    if not 0 <= angle < math.pi / 2:
-        raise checks.refuse("contact_angle", "in [0, pi/2); units.deg(30) for degrees", angle, "rad")
+    if not 0 <= angle <= math.pi / 2:
+        raise checks.refuse("contact_angle", "in [0, pi/2]; units.deg(30) for degrees", angle, "rad")
     if not isinstance(pushed, bool | np.bool_):
         raise TypeError(f"pushed must be True or False; got {checks.shown(pushed)}")
     if checks.positive("lever_arm", lever_arm, "mm") < SHORTEST:

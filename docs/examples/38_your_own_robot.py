@@ -1,0 +1,98 @@
+"""
+Your own robot
+==============
+
+The planner asks little of a robot: names and limits of its joints, where the tool is at given joints, and all joints that
+bring it to a pose. For robots of six joints the makers' files are enough."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from sdpgrind import finishing
+
+# %%
+# From the file of its maker
+# --------------------------
+# A URDF tells links and joints. Read is the chain between two links: origins, axes and limits, metres become mm. It has no
+# limit of acceleration, so that one has to be given. This cell holds a robot with a spherical wrist, on a pedestal.
+JOINT = (
+    '<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/>'
+    '<axis xyz="{axis}"/><limit lower="-{turn}" upper="{turn}" velocity="{speed}"/></joint>'
+)
+joints = (
+    ("base", "one", "0 0 0.9", "0 0 1", 3.1, 2.6), ("one", "two", "0.1 0 0.45", "0 1 0", 2.0, 2.6),
+    ("two", "three", "0 0 0.6", "0 1 0", 2.4, 2.6), ("three", "four", "0.2 0 0.1", "1 0 0", 3.4, 6.2),
+    ("four", "five", "0.42 0 0", "0 1 0", 2.0, 6.2), ("five", "tool0", "0.08 0 0", "1 0 0", 6.2, 7.8),
+)  # fmt: skip
+keys = ("parent", "child", "xyz", "axis", "turn", "speed")
+links = "".join(f'<link name="{name}"/>' for name in ("base", *(joint[1] for joint in joints)))
+told = "".join(
+    JOINT.format(name=f"j{k}", **dict(zip(keys, joint, strict=True)))
+    for k, joint in enumerate(joints, start=1)
+)
+with TemporaryDirectory() as folder:
+    path = Path(folder) / "cell.urdf"
+    path.write_text(f'<robot name="cell">{links}{told}</robot>')
+    cell = finishing.SerialRobot.from_urdf(
+        path, base="base", tip="tool0", acceleration_max=10.0, jerk_max=100.0
+    )
+print(f"{', '.join(cell.names)}: {cell.closed_form}")
+
+# %%
+# What the axes tell
+# ------------------
+# Nobody had to say what kind of robot it is. The axes tell: three meet in the wrist, two are parallel in the arm. A pose
+# then has up to eight solutions, in microseconds each. Near singular poses a joint has to turn fast for little motion of
+# the tool; three factors tell how near, each of them 0 there.
+pose = cell.forward([0.3, 0.4, -0.6, 0.2, 0.9, 0.1])
+found = cell.solutions([pose])[0]
+found = found[~np.isnan(found[:, 0])]
+print(np.round(found, 3))
+print({name: round(float(share), 3) for name, share in cell.singularities(found[0]).items()})
+
+# %%
+# A calibration breaks that. Axes off by a thousandth of a radian are no longer parallel, and the robot is refused with the
+# axes at fault. Plan with the nominal chain then, and let the control correct.
+rows = [(0, 127.3, 0, np.pi / 2), (0, 0, -612, 0.001), (0, 0, -572.3, 0), (0, 163.9, 0, np.pi / 2),
+        (0, 115.7, 0, -np.pi / 2), (0, 92.2, 0, 0)]  # fmt: skip
+calibrated = finishing.SerialRobot.from_dh(
+    rows,
+    position_min=[-6.2] * 6,
+    position_max=[6.2] * 6,
+    speed_max=[2.0] * 6,
+    acceleration_max=[10.0] * 6,
+)
+try:
+    _ = calibrated.closed_form
+except ValueError as refused:
+    print(refused)
+
+# %%
+# A motion
+# --------
+# Robots ready to use are listed by ``robots``; limits and tool are replaced as those of any other object. A robot without
+# a table has to be told where the work lies.
+for info in finishing.robots():
+    print(f"{info.name}: {info.about}")
+robot = finishing.robot("ur10").replace(tool=finishing.tool(length=150.0))
+problem = finishing.FinishingProblem(
+    finishing.zigzag(finishing.surface.nominal_surface(), pitch=5.0),
+    robot=robot,
+    feed_rate=25.0,
+    placement=(650.0, -25.0, 100.0),
+)
+motion = finishing.plan(problem, method="min_time")
+print(motion)
+print(f"branch {motion.posture.branch}; {motion.worst_singularity}")
+motion.plot()
+
+# %%
+# The work may be turned below the tool, here by 30 deg: other joints, and about the same time.
+turned = finishing.plan(problem.replace(placement=(650.0, -25.0, 100.0, np.pi / 6)), method="min_time")
+print(f"{motion.duration:.1f} s, and {turned.duration:.1f} s turned; {turned.worst_singularity}")
+
+# %%
+# A robot of any other kind is a class that derives from :py:obj:`sdpgrind.finishing.Robot` and has its members: names,
+# units and limits of the joints, ``forward``, ``forward_work`` and ``solutions``. It is planned as these are.

@@ -1,0 +1,477 @@
+"""A robot of joints in series, from its Denavit-Hartenberg rows or its URDF."""
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.finishing.arm import _links
+from sdpgrind.finishing.arm import _serial_kernels as kernels
+from sdpgrind.finishing.arm._closed_form import ClosedForm, Screws, closed_form, inverted
+from sdpgrind.finishing.arm._inverse import checked_poses
+from sdpgrind.finishing.arm._robot import Redundancy, middle, numeric_jacobian
+from sdpgrind.finishing.arm._urdf import read_chain
+
+LEAST, MOST = 10.0, 1e5  # mm, chosen: reach of robots; outside it is in another unit
+TURNS = 4 * math.pi  # rad, chosen: limits of joints, two turns either way
+CROOKED = 1e-6  # chosen: error of a rotation, far above rounding and below what a user would accept
+_LIMITS = ("speed_max", "acceleration_max", "jerk_max")
+_UNITS = {"speed_max": "/s", "acceleration_max": "/s^2", "jerk_max": "/s^3"}
+
+
+def _numbers(name: str, value: npt.ArrayLike) -> tuple[float, ...]:
+    found = checks.finite_array(name, value, "rad, mm")
+    if found.ndim != 1:
+        raise ValueError(f"{name} must be one number for each joint (rad, mm); got {checks.shown(value)}")
+    return tuple(found.tolist())
+
+
+def _rigid(name: str, value: npt.ArrayLike) -> Floats:
+    """Check one rigid motion (4, 4), positions in mm."""
+    found = checks.finite_array(name, value, "mm")
+    if found.shape != (4, 4):
+        raise ValueError(f"{name} must be of shape (4, 4) (mm); got {found.shape}")
+    _check_rigid(name, found)
+    found = found.copy()
+    found.flags.writeable = False
+    return found
+
+
+def _check_rigid(name: str, pose: Floats) -> None:
+    off = float(np.abs(pose[:3, :3].T @ pose[:3, :3] - np.eye(3)).max())
+    mirrored, last = np.linalg.det(pose[:3, :3]) < 0, float(np.abs(pose[3] - [0.0, 0.0, 0.0, 1.0]).max())
+    if off > CROOKED or mirrored or last > CROOKED:
+        fault = "a mirror image" if mirrored else f"off by {max(off, last):.3g}"
+        raise ValueError(f"{name} must be a rigid motion, R^T R = 1 to {CROOKED:g}; got {fault}")
+
+
+@described("finishing.serial_robot", eq=False)
+class SerialRobot(ByValue, Described):
+    """A robot of joints in series, such as an industrial arm of six joints; work and base are at rest.
+
+    The chain is ``links[0] J_1 links[1] ... J_n links[n] tool``; J_i is a turn about z by joint i, or a shift
+    along z. `from_dh` and `from_urdf` make it. Poses, Jacobian and limits are those of any such chain. To
+    plan with it, its inverse must have a closed form, which is found from the axes of its joints: a spherical
+    wrist (axes 4, 5, 6 meet in a point; axes 2 and 3 are parallel), or axes 2, 3, 4 parallel (UR).
+
+    Parameters
+    ----------
+    names : sequence of str, (n,)
+        Names of the joints.
+    links : array_like, (n + 1, 4, 4)
+        Rigid motions between the joints, the last one to the flange, mm.
+    position_min, position_max : sequence of float, (n,)
+        Limits of the joints, rad, mm; at most two turns.
+    speed_max, acceleration_max, jerk_max : sequence of float, (n,)
+        In rad/s, mm/s; in rad/s^2, mm/s^2; in rad/s^3, mm/s^3. jerk_max None: no limit.
+    sliding : sequence of bool, (n,)
+        Whether a joint slides. Default: all turn.
+    tool : array_like, (4, 4)
+        Frame P of the tool in the flange, mm; see `tool`. Default: P is the flange.
+
+    Raises
+    ------
+    ValueError
+        When there is not one limit for each joint, limits cross, one is not > 0 or in another unit, a motion
+        is not rigid, or the reach is not that of a robot in mm.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing
+    >>> robot = finishing.robot("irb2400")
+    >>> robot.forward([0.3, 0.2, -0.4, 0.5, 0.6, -0.7])[:3, 3].round(3)  # mm
+    array([ 977.497,  326.461, 1560.909])
+    >>> robot.closed_form
+    'spherical wrist'
+    """
+
+    names: tuple[str, ...] = custom(lambda name, value: checks.unique(name, tuple(value)))
+    links: Floats = array("mm")
+    _: KW_ONLY
+    position_min: tuple[float, ...] = custom(_numbers, "rad, mm")
+    position_max: tuple[float, ...] = custom(_numbers, "rad, mm")
+    speed_max: tuple[float, ...] = custom(_numbers, "rad/s, mm/s")
+    acceleration_max: tuple[float, ...] = custom(_numbers, "rad/s^2, mm/s^2")
+    jerk_max: tuple[float, ...] | None = custom(_numbers, "rad/s^3, mm/s^3", default=None)
+    sliding: tuple[bool, ...] = custom(lambda name, value: tuple(map(bool, value)), default=())
+    tool: Floats = custom(_rigid, "mm", default_factory=lambda: np.eye(4))
+
+    def _check(self) -> None:
+        if not self.sliding:
+            object.__setattr__(self, "sliding", (False,) * len(self.names))
+        self._check_links()
+        for name in ("position_min", "position_max", *_LIMITS, "sliding"):
+            value = getattr(self, name)
+            if value is not None and len(value) != len(self.names):
+                raise ValueError(
+                    f"{name} must be one for each of the {len(self.names)} joints; got {len(value)}"
+                )
+        self._check_limits()
+
+    def _check_links(self) -> None:
+        count = len(self.names)
+        if not count or self.links.shape != (count + 1, 4, 4):
+            raise ValueError(
+                f"links must be of shape ({count + 1}, 4, 4), one more than joints; got {self.links.shape}"
+            )
+        for k, link in enumerate(self.links):
+            _check_rigid(f"links[{k}]", link)
+        reach = float(np.linalg.norm(self.links[:, :3, 3], axis=1).sum())
+        if not LEAST <= reach <= MOST:
+            meant = "metres? units.m(...)" if reach < LEAST else "is a file in mm where metres are meant?"
+            raise ValueError(
+                f"links must be in mm, with a reach of some 1000 along the chain; {meant}; got {reach:.4g}"
+            )
+
+    def _check_limits(self) -> None:
+        limits = zip(self.names, self.units, self.position_min, self.position_max, strict=True)
+        for joint, unit, low, high in limits:
+            for name, value in (("position_min", low), ("position_max", high)):
+                if unit == "rad" and abs(value) > TURNS * (1 + 1e-9):
+                    rule = "within two turns; units.deg(90) for degrees"
+                    raise checks.refuse(f"{name} of {joint}", rule, value, unit)
+            if low >= high:
+                raise ValueError(
+                    f"position_max of {joint} must be > position_min ({unit}); got {high!r} and {low!r}"
+                )
+        for name in _LIMITS:
+            for joint, unit, value in zip(self.names, self.units, getattr(self, name) or (), strict=False):
+                checks.positive(f"{name} of {joint}", value, unit + _UNITS[name])
+
+    @classmethod
+    def from_dh(
+        cls,
+        rows: npt.ArrayLike,
+        *,
+        position_min: Sequence[float],
+        position_max: Sequence[float],
+        speed_max: Sequence[float],
+        acceleration_max: Sequence[float],
+        jerk_max: Sequence[float] | None = None,
+        names: Sequence[str] | None = None,
+        tool: npt.ArrayLike | None = None,
+    ) -> Self:
+        """Return a robot of turning joints from standard Denavit-Hartenberg rows, T = Rz Tz Tx Rx.
+
+        Parameters
+        ----------
+        rows : array_like, (n, 4)
+            Offset of theta (rad), d (mm), a (mm), alpha (rad) of each link.
+        position_min, position_max, speed_max, acceleration_max, jerk_max
+            Limits, rad and s, see `SerialRobot`.
+        names : sequence of str, optional
+            Names of the joints. Default: q1, q2, ...
+        tool : array_like, (4, 4), optional
+            Frame of the tool in the flange, mm.
+
+        Raises
+        ------
+        ValueError
+            When a row is not four numbers, an angle is in degrees, or as of `SerialRobot`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from sdpgrind import finishing
+        >>> rows = [(0, 89.2, 0, np.pi / 2), (0, 0, -425, 0), (0, 0, -392.3, 0), (0, 109, 0, np.pi / 2),
+        ...         (0, 93, 0, -np.pi / 2), (0, 82, 0, 0)]  # UR5
+        >>> limits = dict(position_min=[-6.28] * 6, position_max=[6.28] * 6, speed_max=[3.14] * 6)
+        >>> robot = finishing.SerialRobot.from_dh(rows, **limits, acceleration_max=[10.0] * 6)
+        >>> robot.closed_form, robot.solutions(robot.forward([[0.1, -1.0, 1.2, 0.3, 0.8, 0.0]])).shape
+        ('axes 2, 3, 4 parallel', (1, 8, 6))
+        """
+        links = _links.of_rows(rows)
+        return cls(
+            tuple(f"q{k}" for k in range(1, len(links))) if names is None else tuple(names),
+            links,
+            position_min=tuple(position_min),
+            position_max=tuple(position_max),
+            speed_max=tuple(speed_max),
+            acceleration_max=tuple(acceleration_max),
+            jerk_max=None if jerk_max is None else tuple(jerk_max),
+            tool=np.eye(4) if tool is None else np.asarray(tool),
+        )
+
+    @classmethod
+    def from_urdf(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        base: str,
+        tip: str,
+        acceleration_max: float | Sequence[float],
+        jerk_max: float | Sequence[float] | None = None,
+    ) -> Self:
+        """Return the robot between two links of a URDF file, whose metres become mm.
+
+        Read are joints (revolute, continuous, prismatic, fixed) with origin, axis and limits; meshes, masses
+        and transmissions are skipped. A continuous joint gets two turns either way.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        base, tip : str
+            Names of the first and the last link of the chain.
+        acceleration_max, jerk_max : float or sequence of float
+            Limits that URDF does not have, for all joints or one for each: rad/s^2, mm/s^2; rad/s^3, mm/s^3.
+            jerk_max None: no limit.
+
+        Raises
+        ------
+        ValueError
+            When the file is no URDF, has no such chain or several, a joint on it has no limits, follows
+            another, or has no kind that is read (with its name); or as of `SerialRobot`.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> from sdpgrind import finishing
+        >>> joint = (
+        ...     '<joint name="{0}" type="revolute"><parent link="{1}"/><child link="{2}"/><axis xyz="0 0 1"/>'
+        ...     '<origin xyz="0.3 0 0"/><limit lower="-2" upper="2" velocity="1.5"/></joint>'
+        ... )
+        >>> text = '<robot name="two"><link name="a"/><link name="b"/><link name="c"/>{}{}</robot>'
+        >>> with TemporaryDirectory() as folder:
+        ...     path = Path(folder) / "two.urdf"
+        ...     _ = path.write_text(text.format(joint.format("q", "a", "b"), joint.format("r", "b", "c")))
+        ...     robot = finishing.SerialRobot.from_urdf(path, base="a", tip="c", acceleration_max=10.0)
+        >>> robot.names, robot.forward([0.0, 0.0])[:3, 3].tolist()  # mm
+        (('q', 'r'), [600.0, 0.0, 0.0])
+        """
+        chain = read_chain(path, base, tip)
+        return cls(
+            chain.names,
+            _links.of_frames(chain.frames, chain.axes, chain.flange),
+            position_min=chain.position_min,
+            position_max=chain.position_max,
+            speed_max=chain.speed_max,
+            acceleration_max=_for_each("acceleration_max", acceleration_max, chain.sliding),
+            jerk_max=None if jerk_max is None else _for_each("jerk_max", jerk_max, chain.sliding),
+            sliding=chain.sliding,
+        )
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the joints, (n,): "rad", or "mm" of those that slide."""
+        return tuple("mm" if slides else "rad" for slides in self.sliding)
+
+    @property
+    def redundancy(self) -> tuple[Redundancy, ...]:
+        """Freedoms (mm, rad) that a pose leaves: none."""
+        return ()
+
+    @cached_property
+    def _slides(self) -> Bools:
+        return np.array(self.sliding, dtype=np.bool_)
+
+    @cached_property
+    def _chain(self) -> Floats:
+        """Links with the tool in the last one."""
+        out = self.links.copy()
+        out[-1] = out[-1] @ self.tool
+        return out
+
+    def forward(self, joints: npt.ArrayLike) -> Floats:
+        """Return the poses of the tool in the base frame.
+
+        Parameters
+        ----------
+        joints : array_like (..., n)
+            Joints, rad or mm.
+
+        Returns
+        -------
+        array (..., 4, 4)
+            Positions in mm.
+        """
+        return self._poses(self._checked(joints))
+
+    def _poses(self, joints: Floats) -> Floats:
+        rows = np.ascontiguousarray(joints.reshape(-1, len(self.names)))
+        out = np.empty((len(rows), 4, 4))
+        kernels.forward(self._chain, self._slides, rows, out)
+        return out.reshape(*joints.shape[:-1], 4, 4)
+
+    def forward_work(self, joints: npt.ArrayLike) -> Floats:
+        """Return the poses of the tool in the frame of the work, which is at rest: as `forward`.
+
+        Parameters
+        ----------
+        joints : array_like (..., n)
+            Joints, rad or mm.
+
+        Returns
+        -------
+        array (..., 4, 4)
+            Positions in mm.
+        """
+        return self.forward(joints)
+
+    def jacobian(self, joints: npt.ArrayLike) -> Floats:
+        """Return the Jacobian of the pose of the tool, in closed form.
+
+        Parameters
+        ----------
+        joints : array_like (..., n)
+            Joints, rad or mm.
+
+        Returns
+        -------
+        array (..., 6, n)
+            Velocity (mm/s) and angular velocity (rad/s) in the axes of the base, per rad/s or mm/s of a
+            joint.
+        """
+        given = self._checked(joints)
+        rows = np.ascontiguousarray(given.reshape(-1, len(self.names)))
+        out, poses = np.empty((len(rows), 6, len(self.names))), np.empty((len(rows), 4, 4))
+        kernels.forward(self._chain, self._slides, rows, poses)
+        kernels.jacobian(self._chain, self._slides, rows, poses, out)
+        return out.reshape(*given.shape[:-1], 6, len(self.names))
+
+    def _checked(self, joints: npt.ArrayLike) -> Floats:
+        found = checks.finite_array("joints", joints, "rad, mm")
+        if found.ndim == 0 or found.shape[-1] != len(self.names):
+            raise ValueError(f"joints must be of shape (..., {len(self.names)}) (rad, mm); got {found.shape}")
+        return found
+
+    @cached_property
+    def _form(self) -> ClosedForm | str:
+        """Closed form of the inverse, or the sentence that says why there is none."""
+        count = len(self.names)
+        if count != 6 or any(self.sliding):
+            return self._other_joints()
+        here, directions, points = self.links[0], [], []
+        for link in self.links[1:]:
+            directions.append(here[:3, 2])
+            points.append(here[:3, 3])
+            here = here @ link
+        found = closed_form(Screws(np.array(directions), np.array(points), here))
+        return found if isinstance(found, ClosedForm) else f"robot must have {found}"
+
+    def _other_joints(self) -> str:
+        """Sentence about joints that are not six that turn."""
+        count = len(self.names)
+        if count < 6:
+            return (
+                f"robot must have six joints for a pose; got {count}, whose Jacobian has rank {self._rank}:"
+                f" {6 - self._rank} of the six freedoms are missing"
+            )
+        slides = [name for name, slides in zip(self.names, self.sliding, strict=True) if slides]
+        got = f"{', '.join(slides)} that slides" if slides else f"{count} joints"
+        return f"robot must have six turning joints for an inverse in closed form; got {got}"
+
+    @property
+    def _rank(self) -> int:
+        """Rank of the Jacobian at joints that are not special."""
+        low, high = np.array(self.position_min), np.array(self.position_max)
+        share = np.modf(np.arange(1, len(low) + 1) * 0.6180339887)[0]  # golden ratio: spread, never equal
+        slopes = numeric_jacobian(self, low + (0.1 + 0.8 * share) * (high - low))
+        slopes[:3] /= max(1.0, float(np.abs(slopes[:3]).max()))
+        return int(np.linalg.matrix_rank(slopes, tol=1e-6))
+
+    def _inverse(self) -> ClosedForm:
+        if isinstance(self._form, str):
+            raise ValueError(self._form)
+        return self._form
+
+    @property
+    def closed_form(self) -> str:
+        """Closed form of the inverse: "spherical wrist" or "axes 2, 3, 4 parallel".
+
+        Raises
+        ------
+        ValueError
+            When the robot has none, with the axes that break both (off by mm, rad).
+        """
+        return "spherical wrist" if self._inverse().wrist else "axes 2, 3, 4 parallel"
+
+    def solutions(self, poses: npt.ArrayLike) -> Floats:
+        """Return the joints of all eight branches, in closed form.
+
+        Each angle is the turn nearest to the middle of its limits, within them or not. Branch 4 k + 2 w + e:
+        k, w and e are 0 or 1 for the positive or negative shoulder (side of axis 1 on which the wrist is),
+        wrist (sine of joint 5) and elbow (sine of joint 3, both counted from the stretched pose).
+
+        Where the sine of joint 5 is below 1e-12, joint 4 of a spherical wrist, or joint 6 of parallel axes,
+        is 0 and the other takes the rest; where the wrist is within 1e-9 mm of axis 1 so is the angle of the
+        plane of the arm. Cosines up to 1 + 1e-12 are taken as rounding of 1.
+
+        Parameters
+        ----------
+        poses : array_like (m, 4, 4)
+            Poses of the tool in the base, mm.
+
+        Returns
+        -------
+        array (m, 8, 6)
+            Joints, rad; NaN where a branch does not reach the pose.
+
+        Raises
+        ------
+        ValueError
+            When a pose is no rigid motion, or the robot has no closed form, with the axes that break it.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from sdpgrind import finishing
+        >>> robot, joints = finishing.robot("ur10"), [0.3, -1.5, 1.8, -1.8, -1.5, 0.1]
+        >>> found = robot.solutions([robot.forward(joints)])[0]
+        >>> bool(np.abs(found - joints).max(axis=1).min() < 1e-12)
+        True
+        """
+        return self._solved(poses)[0]
+
+    def _solved(self, poses: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Joints of all branches (m, 8, 6), and mm by which each pose is out of their reach (m, 8)."""
+        form, given = self._inverse(), checked_poses(poses)
+        turn = given[:, :3, :3]
+        off = np.abs(np.einsum("mji,mjk->mik", turn, turn) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        for k in np.flatnonzero(off > CROOKED)[:1]:
+            _check_rigid(f"poses[{k}]", given[k])
+        flange = given if self._bare else np.ascontiguousarray(given @ inverted(self.tool))
+        return form.solve(flange, middle(self))
+
+    @cached_property
+    def _bare(self) -> bool:
+        return bool(np.array_equal(self.tool, np.eye(4)))
+
+    def singularities(self, joints: npt.ArrayLike) -> Mapping[str, Floats]:
+        """Return the distances from singular poses, unit 1: the factors of the Jacobian's determinant.
+
+        "shoulder": distance of the wrist from axis 1 in the plane of the arm, over the length of both links;
+        "elbow", "wrist": |sine| of joints 3 (from the stretched pose) and 5.
+
+        Parameters
+        ----------
+        joints : array_like (..., 6)
+            Joints, rad.
+
+        Returns
+        -------
+        dict
+            Name -> array (...).
+        """
+        return self._inverse().singularities(self._checked(joints))
+
+
+def _for_each(name: str, value: float | Sequence[float], sliding: Sequence[bool]) -> tuple[float, ...]:
+    """One limit for each joint, of one for all or one each."""
+    if isinstance(value, Sequence | np.ndarray):
+        return tuple(value)
+    if any(sliding) and not all(sliding):
+        raise ValueError(
+            f"{name} must be one number for each joint where some turn and some slide; got {value!r}"
+        )
+    return (checks.number(name, value),) * len(sliding)
