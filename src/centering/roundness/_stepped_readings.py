@@ -175,8 +175,9 @@ class SteppedReadings(GivenReadings):
         The form is that of the robust filter at 150 upr, or a twentieth of the points of a turn if that is
         less; the standard deviation follows from the median of the residuals. Above it is away from the
         material, in a bore towards the axis. An asperity ends where the residuals fall below twice that.
-        The edge of a slot or a keyway is none: the readings go on level on one side of it. Dust within some
-        undulations of that cut-off beside an edge is missed, or taken out with the readings up to the edge.
+        The edge of a slot or a keyway is none: the readings go on level on one side of it; nor is the land
+        between two slots, beyond which the readings are level with it again. Dust within some undulations of
+        that cut-off beside an edge is missed, or taken out with the readings up to the edge.
         Nothing is put in its place: harmonics are fitted to the other readings. `removed` keeps what was
         taken out, and the contact with a grinder still counts it.
 
@@ -260,8 +261,8 @@ class SteppedReadings(GivenReadings):
         members of old drawings without their phase. The robust filter fits a parabola about each point;
         outliers lose their weight by Tukey's rule.
 
-        A turn on an even grid is filtered by FFT, also where the part angles lie up to 0.2 steps beside it, as
-        of 3600 points of a ring 10 µm off its axis. Other samples (several turns, gaps, a ring farther off)
+        A turn on an even grid is filtered by FFT, also where part angles lie up to 0.2 steps beside it, as of
+        3600 points of a ring 10 µm off its axis. Other samples (several turns, gaps, a ring farther off)
         give harmonics by least squares, for a Gaussian up to five cut-offs, for other filters all that the
         samples tell (seconds for some thousands), across a gap two to one; several turns are averaged. The
         eccentricity is removed exactly before.
