@@ -173,8 +173,9 @@ class SteppedReadings(GivenReadings):
         """Take out readings that stand out of the form, as those of dust and burrs; before a filter.
 
         The form is that of the robust filter at 150 upr, or a twentieth of the points of a turn if that is
-        less; the standard deviation follows from the median of the residuals. Above it is away from the
-        material, in a bore towards the axis. An asperity ends where the residuals fall below twice that.
+        less; the standard deviation follows from the median of the residuals, as of normal noise: with the
+        heavier tails of a Laplace distribution 12 sd are as rare as 6. Above it is away from the material, in
+        a bore towards the axis. An asperity ends where the residuals fall below twice that.
         The edge of a slot or a keyway is none: the readings go on level on one side of it; nor is the land
         between two slots, beyond which the readings are level with it again. Dust within some undulations of
         that cut-off beside an edge is missed, or taken out with the readings up to the edge.
