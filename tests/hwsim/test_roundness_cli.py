@@ -271,6 +271,6 @@ def test_sections_in_one_file(ring, capsys, tmp_path):
     assert "they are read as turns of one" in err and "say --section nr=WORD for one of them" in err
     given = ("--deviation", "dev", "--radius", "30", "--section")
     code, out, _ = told(capsys, both, *given, "nr=2")
-    assert code == 0 and "720 points" in out
+    assert code == 0 and "720 points" in out and out.splitlines()[1] == "section 2: 720 of 1440 rows"
     code, _, err = told(capsys, both, *given, "nr")
     assert code == 2 and "--section must be a column and one of its words, as nr=1; got 'nr'" in err
