@@ -22,7 +22,14 @@ from centering.roundness._origin import (
 )
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._profile_protocol import Measured
-from centering.roundness._reading_noise import harmonic_sd, known_form, most_upr, sure_upr, with_spindle
+from centering.roundness._reading_noise import (
+    harmonic_sd,
+    known_form,
+    most_upr,
+    noise_beyond,
+    sure_upr,
+    with_spindle,
+)
 from centering.roundness._robust_filter import robust_gaussian
 from centering.roundness._roller_fit import separate
 from centering.roundness._roller_task import SeparationTask
@@ -69,7 +76,8 @@ def filtered_evenly(profile: Measured, asked: Filter, even: Evened) -> Made:
     size = even.values.size
     deviation = asked.applied(even.values)
     passed = asked.transmission(np.arange((size + 1) // 2), size)
-    sd = _thinned(harmonic_sd(profile, passed.size), passed)
+    noise = noise_beyond(profile, even, asked.needed)
+    sd = _thinned(harmonic_sd(profile, passed.size, noise), passed)
     left = even.at_readings(even.values - deviation)
     made = _even(profile, even.circle, deviation, sd, asked, even.told, left)
     if profile._origin.sd == ():  # readings have one noise, and so has their form

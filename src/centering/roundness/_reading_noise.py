@@ -7,7 +7,7 @@ import numpy as np
 from centering.roundness._evened import Evened
 from centering.roundness._filters import CUT_OFFS
 from centering.roundness._form import ENOUGH, Form, form_of, has_residuals
-from centering.roundness._harmonic_fit import HarmonicFit, even_harmonics
+from centering.roundness._harmonic_fit import HarmonicFit, even_harmonics, even_values
 from centering.roundness._origin import sd_of_harmonics
 from centering.roundness._profile_protocol import Measured
 from centering.roundness._sampling import highest_degree, supported, widest_gap
@@ -33,13 +33,28 @@ def noise_sd(profile: Measured) -> float:
     )
 
 
-def harmonic_sd(profile: Measured, count: int) -> Floats:
-    """Standard deviation of amplitudes 0..count-1 of an even turn, mm: recorded, or from its noise."""
+def harmonic_sd(profile: Measured, count: int, noise_sd: float | None = None) -> Floats:
+    """Standard deviation of amplitudes 0..count-1 of an even turn, mm: recorded, or from noise of a reading.
+
+    Without `noise_sd` (mm) it is that of the profile.
+    """
     if profile._origin.sd:
         return np.pad(np.array(profile._origin.sd), (0, count))[:count]
-    sd = np.full(count, _without_spindle(profile) * sqrt(2 / profile.angle.size))
+    noise = _without_spindle(profile) if noise_sd is None else noise_sd
+    sd = np.full(count, noise * sqrt(2 / profile.angle.size))
     sd[0] /= sqrt(2)
     return with_spindle(profile, sd)
+
+
+def noise_beyond(profile: Measured, even: Evened, upr: float) -> float | None:
+    """Noise of a reading that was moved onto an even turn, from what so many harmonics leave, mm.
+
+    None where that does not tell it: of readings that were even, with a noise that was given, or of few.
+    """
+    degree = max(int(min(upr, most_upr(profile))), 1)
+    told = has_residuals(even.values.size - 2 * degree - 1, even.values.size)
+    known = even.shift is None or profile._origin.noise_given or not told
+    return None if known else _left_noise(even.values, degree)
 
 
 def with_spindle(profile: Measured, sd: Floats) -> Floats:
@@ -76,12 +91,17 @@ def _found_noise(profile: Measured) -> float:
 def _even_noise(even: Evened, degree: int) -> float:
     """The same of an even turn by FFT, whose amplitudes all have one standard deviation, mm."""
     size = even.values.size
-    coef = even_harmonics(even.values)
-    freedom = size - 2 * degree - 1
-    if has_residuals(freedom, size):
-        coef[: degree + 1] = 0.0
-        return float(np.linalg.norm(np.fft.irfft(coef * size, size))) / sqrt(freedom)
-    return _floor(np.abs(coef[: degree + 1]), np.full(degree + 1, sqrt(2 / size)))
+    if has_residuals(size - 2 * degree - 1, size):
+        return _left_noise(even.values, degree)
+    coef = even_harmonics(even.values)[: degree + 1]
+    return _floor(np.abs(coef), np.full(coef.size, sqrt(2 / size)))
+
+
+def _left_noise(values: Floats, degree: int) -> float:
+    """Noise from the harmonics of an even turn above so many, mm."""
+    coef = even_harmonics(values)
+    coef[: degree + 1] = 0.0
+    return float(np.linalg.norm(even_values(coef, values.size))) / sqrt(values.size - 2 * degree - 1)
 
 
 def _floor_of(fit: HarmonicFit) -> float:
