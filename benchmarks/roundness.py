@@ -84,15 +84,17 @@ def centred(deviation: np.ndarray) -> np.ndarray:
 
 
 def filters() -> dict[str, Runs]:
-    """Filters of one profile a call, deviations in mm."""
+    """Filters of one profile a call, deviations in mm; the Gaussian one from the readings of a ring off its axis."""
     deviation = ring(3600)
+    angle = np.arange(3600) * 2 * np.pi / 3600
+    reading = RADIUS + deviation + units.um(1.0) * np.cos(angle - 1.0)
     dusty = deviation.copy()
     dusty[200] += units.um(50.0)
-    clean, dirty = profile_of(deviation), profile_of(dusty)
+    dirty = profile_of(dusty)
     return {
-        "Gaussian filter, 3600 points": {
-            "ours": lambda: clean.filter("gaussian", upr=50).deviation,
-            "numpy": lambda: centred(peers.gaussian_by_numpy(clean.deviation, 50.0)),
+        "Gaussian filter, 3600 points, 1 um off": {
+            "ours": lambda: Profile(angle, reading).filter("gaussian", upr=50).deviation,
+            "numpy": lambda: centred(peers.eccentric_by_numpy(angle, reading, 50.0)),
         },
         "robust filter, 3600 points": {
             "ours": lambda: dirty.filter("robust", upr=50).deviation,

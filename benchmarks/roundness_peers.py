@@ -58,6 +58,21 @@ def gaussian_by_numpy(deviation: np.ndarray, upr: float) -> np.ndarray:
     return np.fft.irfft(waves * np.exp2(-((np.arange(waves.shape[-1]) / upr) ** 2)), deviation.shape[-1])
 
 
+def eccentric_by_numpy(angle: np.ndarray, reading: np.ndarray, upr: float) -> np.ndarray:
+    """Gaussian filter of an even turn of a ring off its axis, about its own centre; twice by the slope."""
+    points, center = reading * np.exp(1j * angle), 0j
+    for _ in range(2):  # the least squares circle, to the square of the offset over the radius
+        around = points - center
+        center += 2 * np.mean(np.abs(around) * np.exp(1j * angle))
+    around = (points - center) * np.exp(-1j * angle)
+    shift, deviation = np.angle(around), np.abs(around)
+    deviation = deviation - deviation.mean()
+    slope, moved = 1j * np.arange(deviation.size // 2 + 1), deviation
+    for _ in range(2):
+        moved = deviation - shift * np.fft.irfft(slope * np.fft.rfft(moved), deviation.size)
+    return gaussian_by_numpy(moved, upr)
+
+
 def robust_by_numpy(deviation: np.ndarray, upr: float) -> np.ndarray:
     """Robust Gaussian regression of degree 2 of an even turn, all moments by FFT."""
     size, change = deviation.size, np.inf

@@ -68,11 +68,47 @@ def test_digits_that_swallow_the_noise_hide_it():
     assert hidden_noise(profile(np.round(ring(3600, 1e-6, 0), 4))).startswith("the readings show no noise")
 
 
-def test_few_readings_and_turns_are_not_judged():
-    few = np.linspace(0.0, 2 * np.pi, 250, endpoint=False)
-    assert hidden_noise(roundness.Profile(few, 30.0 + 1e-3 * np.cos(3 * few))) == ""
-    twice = centering.Profile(np.arange(2048) * 2 * np.pi / 1024, np.tile(ring(1024, 0.0, 0), 2))
-    assert hidden_noise(twice) == ""
+def test_few_readings_are_not_judged():
+    for turns in (1, 4):
+        few = np.linspace(0.0, 2 * np.pi * turns, 250 * turns, endpoint=False)
+        assert hidden_noise(roundness.Profile(few, 30.0 + 1e-3 * np.cos(3 * few))) == ""
+
+
+def turned(turns, points, filtered, seed=0, form=0.0, offset=0.0):
+    """Readings of several turns, or parts of them; a tester has filtered each turn, all as they came, or none."""
+    angle = np.arange(round(turns * points)) * 2 * np.pi / points
+    noise = NOISE * np.random.default_rng(seed).normal(size=2 * angle.size)  # twice as long: no ends that fit
+    if filtered == "all":
+        noise = low_passed(noise, points / 12 * 2 * turns)
+    if filtered == "each":
+        noise = np.concatenate([low_passed(each, points / 12) for each in noise.reshape(-1, points)])
+    lobes = 1.2e-3 * np.cos(3 * angle) + offset * np.cos(angle) + form * np.sign(np.sin(4 * angle))
+    return roundness.Profile(angle, 30.0 + lobes + noise[: angle.size])
+
+
+@pytest.mark.parametrize("points", [256, 1024])
+@pytest.mark.parametrize(
+    ("turns", "filtered"), [(2, "each"), (5, "each"), (2, "all"), (5, "all"), (2.4, "all")]
+)
+def test_several_turns_that_were_filtered_have_no_interval(points, turns, filtered):
+    for seed in range(5):
+        profile = turned(turns, points, filtered, seed)
+        assert "filtered before" in profile.filter(upr=15).roundness().why_no_interval
+    with pytest.raises(ValueError, match="no interval of RONt: the noise falls off"):
+        profile.filter(upr=15).roundness().interval()
+
+
+@pytest.mark.parametrize("turns", [2, 2.4, 7])
+def test_noise_of_several_turns_is_seen_whatever_the_form(turns):
+    for seed in range(10):
+        profile = turned(turns, 360, None, seed, 1.5e-3 * (seed % 2), 5e-3 * (seed % 3 == 0))
+        assert not hidden_noise(profile) and not hidden_noise(profile.with_noise_sd(NOISE))
+    assert "the given noise of 1 µm" in hidden_noise(turned(turns, 360, None).with_noise_sd(1e-3))
+
+
+def test_turns_that_repeat_to_the_last_digit_show_no_noise():
+    twice = centering.Profile(np.arange(2048) * 2 * np.pi / 1024, np.tile(ring(1024, NOISE, 0), 2))
+    assert hidden_noise(twice).startswith("the readings show no noise beyond their last digit")
 
 
 @pytest.mark.parametrize("step", [0.1, 0.25, 0.5])

@@ -1,5 +1,8 @@
 """Results of roundness on disk: what is loaded equals what was saved, kind of circle included."""
 
+import json
+import warnings
+
 import numpy as np
 import pytest
 from measured_rings import turn
@@ -60,3 +63,21 @@ def test_a_corrected_profile_tells_what_of_its_noise_is_the_spindles():
     assert found.lost == (36, 72)
     assert found.separated[2] == pytest.approx(1e-6 * np.exp2(-((2 / 15) ** 2)))
     assert found.sd[2] > found.separated[2] and found.separated[3] == 0.0
+
+
+@pytest.mark.parametrize("tip", [0.0, 1.0])
+def test_a_bore_of_an_earlier_version_is_told(tip):
+    """Its file lacks the side: the sign of a tip tells it, a point tip does not, and that is said once."""
+    bore = Profile(RING.angle, RING.reading, tip_radius=tip, internal=True)
+    for found in (bore.roundness("MCC"), Sections([bore] * 3, [0.0, 10.0, 20.0]).cylinder("MCC")):
+        data = found._written()
+        fields = json.loads(data.attrs["fields"])
+        assert type(found).restored(data) == found and fields.pop("internal")
+        older = data.assign_attrs(fields=json.dumps(fields))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            again = type(found).restored(older)
+        assert [str(each.message)[:41] for each in told] == ["the file does not tell whether a bore was"] * (
+            not tip
+        )
+        assert (again if tip else again.replace(internal=True)) == found

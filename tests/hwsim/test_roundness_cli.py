@@ -54,6 +54,25 @@ def test_it_finds_what_python_finds_and_writes_the_sheet(ring, capsys, tmp_path)
     assert code == 0 and f"{profile.roundness('MIC')!r}" in out and "none: all undulations" in out
 
 
+@pytest.mark.parametrize(
+    ("given", "upr"), [("3-30", (3, 30)), ("2-15", "2-15"), ("15-", (15, None)), ("62.5", 62.5), ("1-50", 50)]
+)
+def test_any_band_of_the_library_is_taken(ring, capsys, given, upr):
+    profile = Profile.read(ring, angle=("phi", "deg"), deviation="dev", radius=30.0)
+    code, out, _ = told(capsys, ring, *COLUMNS, "--upr", given)
+    assert code == 0 and f"{profile.filter(upr=upr).roundness()!r}" in out
+
+
+def test_its_help_says_what_a_band_is(capsys):
+    with pytest.raises(SystemExit):
+        main(["roundness", "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert (
+        "cut-off in undulations per revolution" in said and "15-150 keeps waves of 15 to 150 a turn" in said
+    )
+    assert "2-15=0.5um: those of 2 to 15" in said
+
+
 def test_before_and_harmonics_are_those_of_python(ring, capsys, tmp_path):
     """3 upr of 1 um on a noise of 0.1 um: known to +- 1.96 x 0.1 sqrt(2/720) = 0.0103 um."""
     form = 3 * np.cos(np.radians(3 * ANGLE)) + np.cos(np.radians(2 * ANGLE + 40))
@@ -194,7 +213,23 @@ def test_terms(message, said):
         (("--rotation", "0"), "--rotation must have its unit, as 0deg or 0.1rad; got '0'"),
         (("--rotation", "0deg"), "--rotation must be given with --before; got '0deg'"),
         (("--before", "none.csv"), "the file must exist; got"),
-        (("--upr", "many"), "--upr must be one of 1-15"),
+        (
+            ("--upr", "many"),
+            "--upr must be a cut-off, upr, or a band of them, as 50, 15-150 or 15-; got 'many'",
+        ),
+        (
+            ("--upr", "3-30-60"),
+            "--upr must be a cut-off, upr, or a band of them, as 50, 15-150 or 15-; got '3-3",
+        ),
+        (
+            ("--upr", "1.2.3"),
+            "--upr must be a cut-off, upr, or a band of them, as 50, 15-150 or 15-; got '1.2.3'",
+        ),
+        (("--upr", "30-3"), "--upr must be a pair (low, high) with 1 <= low < high, one of them given"),
+        (
+            ("--height", "30mm"),
+            "--height must be given with --instrument, whose spindle may err with it; got '30mm'",
+        ),
         (("--upr", "2-15", "--circle", "MZC"), "--circle must be 'LSC' after Gaussian band"),
         (("--upr", "400"), "--upr must be < 360, half of the points of one turn (upr); got 400"),
         (("--radius", "0.03m", "--tip-radius", "abc"), "--tip-radius must be"),
@@ -236,6 +271,6 @@ def test_sections_in_one_file(ring, capsys, tmp_path):
     assert "they are read as turns of one" in err and "say --section nr=WORD for one of them" in err
     given = ("--deviation", "dev", "--radius", "30", "--section")
     code, out, _ = told(capsys, both, *given, "nr=2")
-    assert code == 0 and "720 points" in out
+    assert code == 0 and "720 points" in out and out.splitlines()[1] == "section 2: 720 of 1440 rows"
     code, _, err = told(capsys, both, *given, "nr")
     assert code == 2 and "--section must be a column and one of its words, as nr=1; got 'nr'" in err

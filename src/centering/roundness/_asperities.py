@@ -26,6 +26,9 @@ _MOST = 0.02  # chosen: share of the readings; more is form
 # chosen: residual over the range of the form that is curvature, not noise. measured: without noise, 2, 3 and
 # 2 with 7 upr on 360 to 3600 points were refused as form with 1e-4
 _SMOOTH = 1e-3
+_NORMAL = 2.44  # derived: quantile of 90 % of the size of normal noise over that of 50 %, 1.645 over 0.674
+_SCATTER = 3.0  # derived: sd of that ratio times the root of the readings, from the densities there
+_ONE_IN = 0.01  # chosen: readings expected above and below all, half of them above
 
 
 def asked_for(sigmas: float, both: bool, width: float | None) -> Outstanding:
@@ -53,7 +56,8 @@ def without_asperities(profile: Measured, asked: Outstanding) -> Made:
 def suspects(profile: Measured) -> int:
     """Number of readings that `without_asperities` would take out; 0 where it would refuse.
 
-    A linear filter tells first whether there may be any, in a hundredth of the time.
+    A linear filter tells first whether there may be any, in a hundredth of the time. Noise with heavier tails
+    than a normal distribution raises the least height.
     """
     if profile.angle.size < LEAST:
         return 0
@@ -63,23 +67,40 @@ def suspects(profile: Measured) -> int:
     least = _MAYBE * _MEDIAN * float(np.median(np.abs(rest)))
     if np.max(-rest if profile.internal else rest) <= max(least, _SIGMAS * _SMOOTH * float(np.ptp(readings))):
         return 0
-    out = _found(profile, Outstanding(_SIGMAS, False, None), _SWEEPS)[1].out
+    out = _found(profile, Outstanding(_SIGMAS, False, None), _SWEEPS, tails=True)[1].out
     return int(np.sum(out)) if np.mean(out) <= _MOST else 0
 
 
 def _found(
-    profile: Measured, asked: Outstanding, sweeps: int | None = None
+    profile: Measured, asked: Outstanding, sweeps: int | None = None, *, tails: bool = False
 ) -> tuple[Floats, AsperityRuns, float]:
     """Height of each reading above the form (mm), asperities, and the standard deviation of a height (mm)."""
     height, high = _height(profile, sweeps)
     rounding = _ROUNDING * float(np.max(profile.reading))
     scale = max(_MEDIAN * float(np.median(np.abs(height))), _SMOOTH * high, rounding)
     order = np.argsort(profile.part_angle, kind="stable")
+    if tails:
+        asked = asked._replace(sigmas=max(asked.sigmas, _least_in(height[order] / scale)))
     away = -profile.deviation if profile.internal else profile.deviation
     runs = runs_of(height[order] / scale, away[order] / scale, profile.part_angle[order], asked)
     out = np.zeros(height.size, dtype=bool)
     out[order] = runs.out
     return height, runs._replace(out=out), scale
+
+
+def _least_in(height: Floats) -> float:
+    """Height above which one turn of noise in 200 has a reading, sd; 0 for noise as of a normal distribution.
+
+    Heavier tails are taken as exponential, as those of a Laplace distribution are, through the quantiles of
+    50 and 90 %: farther out dust would count. Neighbours beside the edge of a slot are no noise.
+    """
+    far = np.abs(height) >= FOOT
+    inner = far & np.roll(far, 1) & np.roll(far, -1)
+    size = np.abs(height[~(inner | np.roll(inner, 1) | np.roll(inner, -1))])
+    half, most = np.quantile(size, [0.5, 0.9])
+    if most <= (_NORMAL + 3 * _SCATTER / np.sqrt(size.size)) * half:
+        return 0.0
+    return float(half + (most - half) * np.log(0.5 * size.size / _ONE_IN) / np.log(5.0))
 
 
 def _height(profile: Measured, sweeps: int | None) -> tuple[Floats, float]:

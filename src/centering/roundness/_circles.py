@@ -4,7 +4,8 @@ import numpy as np
 import numpy.typing as npt
 
 from centering.roundness import _exchange as exchange
-from centering.roundness._roundness import KINDS, Roundness
+from centering.roundness._deviations_about import KINDS
+from centering.roundness._roundness import Roundness
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 

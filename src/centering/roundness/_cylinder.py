@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from centering.roundness._cylinder_ls import taper
 from centering.roundness._cylinder_surface import CylinderPoints, axis_distances
+from centering.roundness._saved_side import SavedSide
 from sdpgrind.base import checks, pictures, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, array, custom, described, flag
-from sdpgrind.base.results import Result
 
 CYLINDERS = {
     "LSC": "least squares cylinder",
@@ -26,7 +26,7 @@ CYLINDERS = {
 
 
 @described("centering.cylinder")
-class Cylinder(Described, ByValue, Result):
+class Cylinder(Described, ByValue, SavedSide):
     """Reference cylinder with the cylindricity about it (ISO 12180), the result of `Sections.cylinder`.
 
     Parameters

@@ -35,6 +35,11 @@ class Form:
     leaks: Complex
     runout: RollerError | None
 
+    def of_noise(self, noise_sd: float) -> "Form":
+        """The form with another noise of a reading, mm."""
+        sd = amplitude_sd(self.fit, noise_sd, self.leaks, self.runout)
+        return dataclasses.replace(self, noise_sd=noise_sd, sd=sd)
+
     def deviation_sd(self, passed: Floats, size: int) -> Floats:
         """Standard deviation of the form on an even turn, mm, with the transmission of each harmonic."""
         return deviation_sd(self.fit, self.noise_sd, self.leaks, self.runout, passed, size)

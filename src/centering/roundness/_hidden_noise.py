@@ -1,6 +1,6 @@
-"""Whether a turn shows its noise: readings that a tester has filtered hide it, and no interval holds then."""
+"""Whether turns show their noise: readings that a tester has filtered hide it, and no interval holds then."""
 
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from centering.roundness._profile_protocol import Measured
 from centering.roundness._sampling import turns_of
 from sdpgrind.base.checks import Floats
 
-_LEAST = 256  # chosen: readings; an octave of 32 harmonics tells its power to 25 %
+_LEAST = 256  # chosen: readings of a turn; an octave of 32 harmonics tells its power to 25 %
 _FALL = 6.0  # chosen: power of an octave over that of the next; of a square wave 4, of white noise 1
 _DIGITS = 1.2  # chosen: noise over that of the rounding; real noise of one digit has 3.5
 _SILENT = 1e-6  # chosen: noise over the height of the readings; no tester is so quiet
@@ -18,14 +18,14 @@ _SAME = 1e-10  # mm; chosen: a tenth of the last digit of any tester
 
 
 def hidden_noise(profile: Measured) -> str:
-    """Reason why the noise of a single even turn cannot be known from its readings; "": it can."""
-    readings = profile.deviation
-    if readings.size < _LEAST or not _is_turn(profile.angle):
+    """Reason why the noise of even turns cannot be known from their readings; "": it can."""
+    readings, points = profile.deviation, _points_of_turn(profile.angle)
+    if points < _LEAST:
         return ""
-    power = np.abs(np.fft.rfft(readings)) ** 2
-    top = power.size // 2
-    highest, below = float(np.median(power[top:-1])), float(np.median(power[top // 2 : top]))
-    noise = sqrt(highest / (log(2) * readings.size))  # of an exponential distribution the median is ln 2
+    variance = _variance(readings, points)
+    top = variance.size // 2
+    highest, below = float(np.median(variance[top:-1])), float(np.median(variance[top // 2 : top]))
+    noise = sqrt(highest)
     if below > _FALL * highest:
         return "the noise falls off towards the highest undulations: the readings were filtered before"
     if noise <= max(_DIGITS * _step(profile.reading) / sqrt(12), _SILENT * float(np.ptp(readings))):
@@ -38,11 +38,27 @@ def hidden_noise(profile: Measured) -> str:
     return ""
 
 
-def _is_turn(angle: Floats) -> bool:
-    """Whether angles are one turn with even steps."""
+def _points_of_turn(angle: Floats) -> int:
+    """Readings of one of the turns that angles with even steps are, also of a part of a last one; else 0."""
     step = np.diff(angle)
     even = np.all(np.abs(step - np.median(step)) <= _EVEN * abs(float(np.median(step))))
-    return bool(even and abs(turns_of(angle) - 1) <= _EVEN)
+    turns = turns_of(angle)
+    return round(angle.size / turns) if even and turns > 1 - _EVEN else 0
+
+
+def _variance(readings: Floats, points: int) -> Floats:
+    """Variance of white noise that has the power of each harmonic of a turn, mm^2; of noise their median.
+
+    Several turns are taken without their mean, the form. Each is weighed by a squared sine, whose ends fit:
+    neither a filter of each turn nor one of all readings leaves a step there, which would look like noise.
+    """
+    count = max(readings.size // points, 1)
+    turns = readings[: count * points].reshape(count, points)
+    free = max(count - 1, 1)
+    weight = np.sin(np.pi * np.arange(points) / points) ** 2
+    left = turns - turns.mean(axis=0) if count > 1 else turns
+    power = np.sum(np.abs(np.fft.rfft(left * weight)) ** 2, axis=0) / (free * np.sum(weight**2))
+    return np.asarray(power / (1 - 1 / (9 * free)) ** 3)  # median over mean of chi^2, Wilson and Hilferty
 
 
 def _step(reading: Floats) -> float:

@@ -3,6 +3,7 @@
 from typing import Protocol
 
 from centering.circle._fit.estimate import CircleEstimate
+from centering.roundness._evened import Evened
 from centering.roundness._origin import Origin
 from centering.roundness._roller import RollerError
 from centering.roundness._samples import Samples
@@ -44,5 +45,7 @@ class Measured(Protocol):
     def _origin(self) -> Origin: ...
     @property
     def _samples(self) -> Samples: ...
+    @property
+    def _evened(self) -> Evened | None: ...
     @property
     def _tip(self) -> float: ...

@@ -2,15 +2,16 @@
 
 import dataclasses
 import warnings
-from math import hypot, inf, log, sqrt
+from math import inf
 
 import numpy as np
 
 from centering.roundness._certainty import averaged_sd
 from centering.roundness._circles import reference_circle
+from centering.roundness._evened import Evened, about_itself
 from centering.roundness._filters import CUT_OFFS, Filter
-from centering.roundness._form import ENOUGH, Form, broad_form, form_of, has_residuals
-from centering.roundness._harmonic_fit import HarmonicFit, even_harmonics, even_values, values_at
+from centering.roundness._form import Form, broad_form, form_of
+from centering.roundness._harmonic_fit import even_harmonics, even_values, values_at
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._origin import (
     Made,
@@ -21,12 +22,19 @@ from centering.roundness._origin import (
 )
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._profile_protocol import Measured
+from centering.roundness._reading_noise import (
+    harmonic_sd,
+    known_form,
+    most_upr,
+    noise_beyond,
+    sure_upr,
+    with_spindle,
+)
 from centering.roundness._robust_filter import robust_gaussian
 from centering.roundness._roller_fit import separate
 from centering.roundness._roller_task import SeparationTask
 from centering.roundness._roundness import Roundness
-from centering.roundness._samples import Samples
-from centering.roundness._sampling import even_turn, highest_degree, is_even, supported, widest_gap
+from centering.roundness._sampling import even_turn, is_even, supported, widest_gap
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
@@ -63,17 +71,20 @@ def without_runout(profile: Measured, task: SeparationTask) -> Made:
     return Made(angle, reading, abs(found.tip_radius), circle, origin, found.residual, profile.internal)
 
 
-def filtered_evenly(profile: Measured, asked: Filter) -> Made:
+def filtered_evenly(profile: Measured, asked: Filter, even: Evened) -> Made:
     """One turn on an even grid, filtered by FFT."""
-    deviation = asked.applied(profile.deviation)
-    passed = asked.transmission(np.arange((profile.angle.size + 1) // 2), profile.angle.size)
-    sd = _thinned(harmonic_sd(profile, passed.size), passed)
-    left = profile.deviation - deviation
-    made = _even(profile, profile.circle.value, deviation, sd, asked, "by FFT", left)
-    smooth = asked._replace(low=1.0).transmission(np.arange(passed.size), profile.angle.size)
-    return dataclasses.replace(
-        made, sd=averaged_sd(profile.deviation_sd, smooth, sd_of_harmonics(sd[2:]), profile.noise_sd)
-    )
+    size = even.values.size
+    deviation = asked.applied(even.values)
+    passed = asked.transmission(np.arange((size + 1) // 2), size)
+    noise = noise_beyond(profile, even, asked.needed)
+    sd = _thinned(harmonic_sd(profile, passed.size, noise), passed)
+    left = even.at_readings(even.values - deviation)
+    made = _even(profile, even.circle, deviation, sd, asked, even.told, left)
+    if profile._origin.sd == ():  # readings have one noise, and so has their form
+        return made
+    smooth = asked._replace(low=1.0).transmission(np.arange(passed.size), size)
+    each = averaged_sd(profile.deviation_sd, smooth, made.origin.noise_sd or 0.0, profile.noise_sd)
+    return dataclasses.replace(made, sd=each)
 
 
 def filtered(profile: Measured, asked: Filter) -> Made:
@@ -86,12 +97,12 @@ def filtered(profile: Measured, asked: Filter) -> Made:
     with one_blas_thread():
         left = form.fit.residual + values_at(form.coef - coef, form.part_angle)
         each = form.deviation_sd(passed, deviation.size)
-    known = _with_spindle(profile, np.zeros(passed.size)) * passed
+    known = with_spindle(profile, np.zeros(passed.size)) * passed
     gap = gap_sentence(each, form.part_angle)
     how = "; ".join(filter(None, (form_sentence(form), gap)))
     if gap and float(each.max()) > _BRIDGE * form.noise_sd:
         warnings.warn(f"{asked}: {gap}", stacklevel=3)
-    sd = _thinned(_with_spindle(profile, form.sd), passed)
+    sd = _thinned(with_spindle(profile, form.sd), passed)
     made = _even(profile, form.circle, deviation, sd, asked, how, left)
     return dataclasses.replace(made, sd=np.hypot(each, sd_of_harmonics(known[2:])))
 
@@ -109,40 +120,24 @@ def filtered_robustly(profile: Measured, asked: Filter) -> Made:
         deviation = robust_gaussian(values, asked.high)
         lost = even_harmonics(values - deviation)[: form.coef.size]
         left = form.fit.residual + values_at(lost, form.part_angle)
-    circle, deviation = _about_itself(circle, deviation)  # outliers moved the circle, too
+    deviation, circle = about_itself(deviation, circle)  # outliers moved the circle, too
     unknown = np.full((deviation.size + 1) // 2, inf)  # no transmission: what noise is left is not known
     return _even(profile, circle, deviation, unknown, asked, how, left)
 
 
-def _about_itself(circle: Floats, deviation: Floats) -> tuple[Floats, Floats]:
-    """Circle moved by 0 and 1 upr of a form on an even turn, and the form without them, mm."""
-    coef = even_harmonics(deviation)
-    moved = np.array([coef[0].real, 2 * coef[1].real, -2 * coef[1].imag])
-    coef[:2] = 0.0
-    return circle + moved, even_values(coef, deviation.size)
-
-
 def _broad(profile: Measured, asked: Filter) -> Form:
     """Form of uneven samples with all harmonics that the filter passes."""
-    most, sure = _most(profile), supported(widest_gap(profile.part_angle))
+    most, sure = most_upr(profile), supported(widest_gap(profile.part_angle))
     if asked.high == inf and sure < _NEARLY_ALL * most:
         gap = np.degrees(widest_gap(profile.part_angle))
         told = f"a gap of {gap:.3g} degrees leaves {sure} of {most} upr sure"
         raise checks.refuse("upr", f"a band with a higher cut-off: {told}", (asked.low, None), "upr")
-    return broad_form(_samples(profile, most), asked.cut_off, asked.needed, most)
+    return known_form(profile, broad_form(profile._samples, asked.cut_off, asked.needed, most))
 
 
 def _points(profile: Measured, form: Form) -> int:
     """Points of an even turn: as many as a turn had."""
     return max(round(2 * profile.nyquist), 2 * form.coef.size - 1)
-
-
-def _samples(profile: Measured, degree: int) -> Samples:
-    """The samples, with a known noise where many harmonics leave few degrees of freedom."""
-    size = profile.angle.size
-    if has_residuals(size - 2 * degree - 1, size):
-        return profile._samples
-    return dataclasses.replace(profile._samples, noise_sd=_reading_noise(profile))
 
 
 def _thinned(sd: Floats, passed: Floats) -> Floats:
@@ -181,45 +176,15 @@ def _even(
     )
 
 
-def harmonic_sd(profile: Measured, count: int) -> Floats:
-    """Standard deviation of amplitudes 0..count-1 of an even turn, mm: recorded, or from its noise."""
-    if profile._origin.sd:
-        return np.pad(np.array(profile._origin.sd), (0, count))[:count]
-    sd = np.full(count, _reading_noise(profile) * sqrt(2 / profile.angle.size))
-    sd[0] /= sqrt(2)
-    return _with_spindle(profile, sd)
-
-
-def _with_spindle(profile: Measured, sd: Floats) -> Floats:
-    """Standard deviations of harmonics, with those of a spindle's error that was taken off."""
-    return np.asarray(np.hypot(sd, np.pad(np.array(profile._origin.spindle_sd), (0, sd.size))[: sd.size]))
-
-
 def _separated(profile: Measured, asked: Filter, size: int) -> tuple[float, ...]:
     """Standard deviations of harmonics by a separation, filtered on so many points, mm."""
     sd = np.array(profile._origin.separated or profile._origin.spindle_sd)
     return tuple((sd * asked.transmission(np.arange(sd.size), size)).tolist())
 
 
-def _reading_noise(profile: Measured) -> float:
-    """Noise of one deviation without the uncertainty of a spindle's error, mm."""
-    spindle = sd_of_harmonics(np.array(profile._origin.spindle_sd))
-    return sqrt(max(profile.noise_sd**2 - spindle**2, 0.0)) if spindle else profile.noise_sd
-
-
-def _most(profile: Measured) -> int:
-    """Highest harmonic below the limits of the points of a turn and of all samples."""
-    return min(highest_degree(profile.points_per_turn), (profile.angle.size - 1) // 2)
-
-
-def _sure(profile: Measured) -> int:
-    """Highest harmonic that the widest gap determines, up to the highest usual cut-off."""
-    return min(_most(profile), supported(widest_gap(profile.part_angle)), CUT_OFFS[-1])
-
-
 def limits(profile: Measured) -> str:
     """Sentence on a gap that limits a spectrum; "" where the points of a turn are the limit."""
-    sure, most = _sure(profile), min(_most(profile), CUT_OFFS[-1])
+    sure, most = sure_upr(profile), min(most_upr(profile), CUT_OFFS[-1])
     if 2 * sure >= most:
         return ""
     gap = np.degrees(widest_gap(profile.part_angle))
@@ -228,7 +193,7 @@ def limits(profile: Measured) -> str:
 
 def _default_degree(profile: Measured) -> int:
     """Highest harmonic of a default spectrum; raises where there is none, warns where there are few."""
-    sure, limited = _sure(profile), limits(profile)
+    sure, limited = sure_upr(profile), limits(profile)
     if sure < _LEAST:
         gap = np.degrees(widest_gap(profile.part_angle))
         raise ValueError(
@@ -240,31 +205,6 @@ def _default_degree(profile: Measured) -> int:
     return sure
 
 
-def noise_sd(profile: Measured) -> float:
-    """Noise of one deviation, mm: known or found, with the uncertainty of a spindle's error taken off."""
-    known = profile._origin.noise_sd
-    return hypot(
-        _found_noise(profile) if known is None else known,
-        sd_of_harmonics(np.array(profile._origin.spindle_sd)),
-    )
-
-
-def _found_noise(profile: Measured) -> float:
-    """Noise beyond all determined harmonics, mm; over one turn, noise in most of their upper half."""
-    degree = _sure(profile)
-    form = form_of(profile._samples, degree) if degree else None
-    if form is None:
-        return inf
-    return form.fit.noise_sd if has_residuals(form.fit.freedom, profile.angle.size) else _floor(form.fit)
-
-
-def _floor(fit: HarmonicFit) -> float:
-    """Noise from the median of the upper half of the harmonics, mm; infinite for too few."""
-    upper = slice(fit.coef.size // 2 + 1, None)
-    power = (2 * np.abs(fit.coef[upper]) / fit.amplitude_spread[upper]) ** 2
-    return sqrt(float(np.median(power)) / (2 * log(2))) if 2 * power.size >= ENOUGH else inf
-
-
 def harmonics(profile: Measured, degree: int | None) -> Harmonics:
     """Amplitudes and phases of a profile."""
     if profile._origin.sd:
@@ -272,8 +212,8 @@ def harmonics(profile: Measured, degree: int | None) -> Harmonics:
         sd = harmonic_sd(profile, coef.size)
     else:
         wanted = degree or _default_degree(profile)
-        form = form_of(_samples(profile, wanted), wanted)
-        coef, sd = form.coef, _with_spindle(profile, form.sd)
+        form = known_form(profile, form_of(profile._samples, wanted))
+        coef, sd = form.coef, with_spindle(profile, form.sd)
     upr = np.arange(1.0, coef.size)
     return Harmonics(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)
 

@@ -35,6 +35,14 @@ _OTHER_ANGLE = "angle in another unit, or factor 2?"
 _TIP = Meant("mm", 1e-3, 50.0)  # chosen: from a stylus to the roller of a follower
 
 
+class ReadSection(NamedTuple):
+    """Points of one section, its height (mm), and its name in the file, if it has one there."""
+
+    turned: "Turned"
+    height: float
+    name: str
+
+
 class Turned(NamedTuple):
     """Angles (rad) and readings (mm) in the order of a file, and their origin."""
 
@@ -59,15 +67,16 @@ class Turned(NamedTuple):
         left_out = self.source.rows_left_out + int(np.sum(~kept))
         return self.only(kept)._replace(source=dataclasses.replace(self.source, rows_left_out=left_out))
 
-    def sections(self, plausible: bool) -> list[tuple[float, "Turned"]]:
-        """Return the points of each section with its height (mm), from the lowest on."""
+    def sections(self, plausible: bool) -> list[ReadSection]:
+        """Return the sections, from the lowest on."""
         file = self.source.files[0].name
         found = []
         for level, kept in _levels(self, file):
-            section = self.only(kept)
+            own = self.only(kept)
+            name = "" if own.section is None else str(own.section[0])
             if plausible:
-                refuse_part_of_a_turn(section.angle, f"{file}, height {level:g} mm", _OTHER_ANGLE)
-            found.append((level, section._replace(height=None, section=None)))
+                refuse_part_of_a_turn(own.angle, f"{file}, height {level:g} mm", _OTHER_ANGLE)
+            found.append(ReadSection(own._replace(height=None, section=None), level, name))
         return found
 
 

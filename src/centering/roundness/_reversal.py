@@ -4,7 +4,7 @@ import numpy as np
 
 from centering.roundness._alignment import best_turn, likeness, tops
 from centering.roundness._profile import Profile
-from centering.roundness._profile_steps import harmonic_sd
+from centering.roundness._reading_noise import harmonic_sd
 from centering.roundness._separable import amplitudes, highest, refuse_unlike
 from centering.roundness._separation import Separation, separation_of
 from centering.roundness._setups import Setups, split

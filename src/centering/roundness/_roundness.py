@@ -6,36 +6,24 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from centering.roundness._budget import Budget, budget_of
 from centering.roundness._circle_noise import NORMS, interval_of, methods_of
+from centering.roundness._deviations_about import DeviationsAbout
 from centering.roundness._form_change import FormChange
+from centering.roundness._former_names import FormerSpread
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._instrument import Instrument
-from centering.roundness._origin import MEASURED, Origin, remarks_on
-from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
+from centering.roundness._origin import remarks_on
 from centering.roundness._ront_verdict import ront_decision, ront_verdict, told_ront
 from centering.roundness._roundness_interval import RoundnessInterval, limit_in_mm, remark_on
-from centering.roundness._sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import checks, units
-from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.by_name import called
-from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.base.quantities import Described, array, custom, described, flag
-from sdpgrind.base.results import Result
-from sdpgrind.base.warned import warn
-
-KINDS = {
-    "LSC": "least squares circle",
-    "MCC": "minimum circumscribed circle",
-    "MIC": "maximum inscribed circle",
-    "MZC": "minimum zone circles",
-}
+from sdpgrind.base.quantities import described
 
 
 @described("centering.roundness")
-class Roundness(Described, ByValue, Result):
+class Roundness(FormerSpread, DeviationsAbout):
     """Reference circle with the roundness about it, the result of `reference_circle`.
 
     Parameters
@@ -85,77 +73,6 @@ class Roundness(Described, ByValue, Result):
     >>> print(found.certificate)
     contacts alternate, two outer and two inner: no centre within 15 mm, half the inner radius, is better
     """
-
-    kind: str = custom()
-    center: Floats = array("mm", finite=False)
-    radius: float = custom(unit="mm")
-    contacts: npt.NDArray[np.int64] = array("", np.int64, finite=False)
-    outer: Bools = array("", bool, finite=False)
-    bound: float = custom(unit="mm")
-    points: Floats = array("mm", finite=False)
-    tip_radius: float = custom(unit="mm", default=0.0)
-    noise_sd: Floats = array("mm", finite=False, default_factory=lambda: np.empty(0))
-    noise_upr: Floats = array("", finite=False, default_factory=lambda: np.empty(0))
-    filter: str = custom(default="")
-    certificate: str = custom(default="")
-    origin: Origin = custom(default=MEASURED)
-    internal: bool = flag(default=False)
-
-    @cached_property
-    def deviation(self) -> Floats:
-        """Distance of each point from the circle, (n,), mm; positive outside. Read-only."""
-        across, up = self.points[:, 0] - self.center[0], self.points[:, 1] - self.center[1]
-        return lasting(np.sqrt(across * across + up * up) - (self.radius + self.tip_radius))
-
-    def _check(self) -> None:
-        object.__setattr__(self, "internal", self.internal or self.tip_radius < 0)
-
-    @cached_property
-    def _sides(self) -> tuple[float, float]:
-        """Deviations of the points farthest out and in, mm; nothing lies outside MCC, nothing inside MIC."""
-        out = 0.0 if self.kind == "MCC" else float(self.deviation.max())
-        return out, 0.0 if self.kind == "MIC" else float(self.deviation.min())
-
-    @property
-    def ron_t(self) -> float:
-        """Roundness RONt, mm: highest peak to deepest valley."""
-        return self.ron_p + self.ron_v
-
-    @property
-    def value(self) -> float:
-        """Roundness RONt, mm, as `ron_t`."""
-        return self.ron_t
-
-    @property
-    def offset(self) -> float:
-        """Distance of the centre from the origin of the points, mm."""
-        return float(np.hypot(*self.center))
-
-    @property
-    def offset_angle(self) -> float:
-        """Direction of the centre from the origin of the points, rad, in (-pi, pi]."""
-        return float(np.arctan2(self.center[1], self.center[0]))
-
-    @cached_property
-    def ron_p(self) -> float:
-        """Height of the highest peak, RONp, mm: out of the material, in a bore inside the circle.
-
-        ISO 12181-1; 0 of MCC about a shaft and of MIC in a bore.
-        """
-        return -self._sides[1] + 0.0 if self.internal else self._sides[0]
-
-    @cached_property
-    def ron_v(self) -> float:
-        """Depth of the deepest valley, RONv, mm: into the material, in a bore outside the circle.
-
-        ISO 12181-1; 0 of MIC in a shaft and of MCC about a bore.
-        """
-        return self._sides[0] if self.internal else -self._sides[1] + 0.0
-
-    @cached_property
-    def ron_q(self) -> float:
-        """Root mean square deviation from the circle, RONq, mm."""
-        return float(np.sqrt(np.mean(self.deviation**2)))
 
     def interval(self, confidence: float = 0.95, method: str | None = None) -> RoundnessInterval:
         """Return an interval for RONt that holds the true one, for all that noise does to it, mm.
@@ -386,36 +303,6 @@ class Roundness(Described, ByValue, Result):
         more = (limits, budget, harmonics, change, why)
         return str(called("centering.roundness._sheet:report", self, path, *more))
 
-    @property
-    def value_sd(self) -> float | None:
-        """Deprecated: standard deviation of `value`, mm; `interval` says what it leaves out."""
-        warn("Roundness.value_sd is deprecated: interval() holds the truth", DeprecationWarning)
-        return None if self._noise_effect is None else self._noise_effect.sd
-
-    @property
-    def value_bias(self) -> float | None:
-        """Deprecated: increase of `value` by noise, about, mm; `interval` takes it off."""
-        warn("Roundness.value_bias is deprecated: interval() takes it off", DeprecationWarning)
-        return None if self._noise_effect is None else self._noise_effect.bias
-
-    @cached_property
-    def _noise_effect(self) -> NoiseEffect | None:
-        """Effect of noise on the value."""
-        if not self.noise_sd.size:
-            return None
-        return noise_effect(self.kind, self.points - self.center, self.noise_sd, self.noise_upr)
-
-    @property
-    def angle(self) -> Floats:
-        """Direction of each point about the circle's centre, (n,), rad, in (-pi, pi]."""
-        across, up = (self.points - self.center).T
-        return np.asarray(np.arctan2(up, across))
-
-    @property
-    def contact_angles(self) -> Floats:
-        """Directions of the contacts about the circle's centre, (m,), rad, in (-pi, pi]."""
-        return self.angle[self.contacts]
-
     def plot(self, ax: Any = None) -> Any:
         """Draw the profile magnified about the circle's centre, with circles and contacts; return the figure.
 
@@ -427,38 +314,7 @@ class Roundness(Described, ByValue, Result):
         ax : matplotlib polar axes, optional
             Axes to draw into. Default: a new figure.
         """
-        scale, angle = polar_scale(self.deviation), self.angle
-        ax = polar_axes(scale, self.deviation, ax)
-        draw_profile(ax, scale, angle, self.deviation, color="C0")
-        if self.kind in ("LSC", "MCC", "MIC"):
-            draw_circle(ax, scale, color="C3", label=KINDS[self.kind])
-        if self.kind != "MCC":
-            draw_circle(ax, scale, self._sides[0], color="C3" if self.kind == "MZC" else "0.4")
-        if self.kind != "MIC":
-            draw_circle(
-                ax, scale, self._sides[1], color="C3" if self.kind == "MZC" else "0.4", linestyle="--"
-            )
-        self._mark(ax, scale, angle)
-        filtered = f", {self.filter}" if self.filter else ""
-        ax.set_title(f"{self.kind}: RONt {self.value / units.um(1.0):.4g} µm{filtered}")
-        return ax.figure
-
-    def _mark(self, ax: Any, scale: Any, angle: Floats) -> None:
-        """Mark the contacts, or the highest and lowest point of LSC."""
-        marked = zip(self.contacts, self.outer, strict=True)
-        pairs = list(marked) or [
-            (int(np.argmax(self.deviation)), True),
-            (int(np.argmin(self.deviation)), False),
-        ]
-        for point, outer in pairs:
-            symbol = "o" if self.contacts.size else ("v" if outer else "^")
-            style = {
-                "color": "C3",
-                "markerfacecolor": "C3" if outer else "white",
-                "markersize": 5,
-                "zorder": 4,
-            }
-            ax.plot(angle[point], scale.height(self.deviation[point]), symbol, **style)
+        return called("centering.roundness._circle_picture:plot", self, ax)
 
     def __str__(self) -> str:
         return "\n".join([repr(self), *self.remarks])

@@ -2,12 +2,10 @@
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from centering.roundness import _sections_record as record
@@ -15,25 +13,22 @@ from centering.roundness._cylinder import Cylinder
 from centering.roundness._cylinder_find import reference_cylinder
 from centering.roundness._cylinder_surface import axis_distances
 from centering.roundness._datum import axis_of
+from centering.roundness._given_sections import GivenSections
 from centering.roundness._median_line import least_squares_tube, smallest_tube
 from centering.roundness._profile import Profile
-from centering.roundness._read import samples
-from centering.roundness._scan import PathScan, refuse_one_height, scan_of
 from sdpgrind.base import checks, units
-from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.brief import counted
 from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 
-_SECTIONS = 3  # derived: two show no bend of the median line
 _TUBES = {"MZC": smallest_tube, "ls": least_squares_tube}
 
 Datum = tuple[float, float] | Cylinder | tuple[Profile, Profile] | None
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Sections(ByValue, Plan):
+class Sections(GivenSections, Plan):
     """Profiles of one part at several heights; immutable.
 
     The tester's column is taken as straight and parallel to the spindle: its errors enter as tilt and bend.
@@ -44,6 +39,9 @@ class Sections(ByValue, Plan):
         At least three, all with one tip radius and from one side, angles from one mark of the part.
     heights : array_like, shape (m,)
         Height of each section along the spindle axis, mm.
+    names : sequence of str, optional
+        Name of each section, for pages. Default: the words of a file's column of sections, or the files of
+        profiles that were read from one each; none of others.
 
     Raises
     ------
@@ -68,140 +66,6 @@ class Sections(ByValue, Plan):
 
     kind = "centering.sections"
     _title = "Sections of a part"
-    profiles: tuple[Profile, ...]
-    heights: Floats
-    _scan: PathScan | None = dataclasses.field(default=None, init=False)
-
-    def __post_init__(self) -> None:
-        profiles = tuple(checks.kind("profiles", each, Profile) for each in self.profiles)
-        heights = checks.finite_array("heights", self.heights, "mm")
-        if len(profiles) < _SECTIONS:
-            raise ValueError(f"profiles must be at least {_SECTIONS} sections; got {len(profiles)}")
-        if heights.shape != (len(profiles),):
-            raise ValueError(
-                f"heights must be one for each of {len(profiles)} profiles (mm); got {heights.shape}"
-            )
-        refuse_one_height("heights", heights)
-        _refuse_other_tips(profiles)
-        for each in profiles:
-            each._need_radius("profiles")
-        object.__setattr__(self, "profiles", profiles)
-        object.__setattr__(self, "heights", lasting(heights))
-
-    @classmethod
-    def from_points(
-        cls,
-        angle: npt.ArrayLike,
-        height: npt.ArrayLike,
-        reading: npt.ArrayLike,
-        *,
-        tip_radius: float = 0.0,
-        internal: bool = False,
-    ) -> "Sections":
-        """Return readings along a helix, lines or any path; they have a cylinder, but no median line.
-
-        Parameters
-        ----------
-        angle, height, reading : array_like, shape (n,)
-            Spindle angle, rad, height, mm, and radial position of the probe's contact, mm, > 0.
-        tip_radius, internal
-            As of a profile (mm).
-
-        Raises
-        ------
-        ValueError
-            For unequal lengths, values that are not finite, readings <= 0, or one height for all.
-
-        Examples
-        --------
-        >>> angle = np.linspace(0.0, 20 * np.pi, 3600)
-        >>> helix = Sections.from_points(angle, angle, 25.0 + 1e-3 * np.cos(3 * angle))
-        >>> round(helix.cylinder("MZC").cyl_t, 6)  # mm
-        0.002
-        """
-        made = cls.__new__(cls)
-        scan = scan_of(angle, height, reading, tip_radius, internal)
-        for name, value in {"profiles": (), "heights": lasting([]), "_scan": scan}.items():
-            object.__setattr__(made, name, value)
-        return made
-
-    @classmethod
-    def read(
-        cls,
-        data: Any,
-        *,
-        height: Any,
-        section: str | None = None,
-        angle: Any = None,
-        reading: Any = None,
-        deviation: Any = None,
-        radius: float | None = None,
-        tip_radius: float = 0.0,
-        internal: bool = False,
-        group: str | None = None,
-        missing: Sequence[str] = (),
-        plausible: bool = True,
-    ) -> "Sections":
-        """Read sections from one table; rows of one height, or of one name, are one section.
-
-        Parameters
-        ----------
-        data : path, pandas.DataFrame, xarray.Dataset, mapping of arrays
-            As of `Profile.read`, but X3P.
-        height : str or tuple
-            Header of the height, ``("z", "mm")``.
-        section : str, optional
-            Header of the number or name of the section of each row, whose height is the mean of its rows.
-            Default: rows of one height are one section.
-        angle, reading, deviation, radius, tip_radius, internal, group, missing, plausible
-            As of `Profile.read` (rad, mm).
-
-        Returns
-        -------
-        Sections
-            The sections, from the lowest on; the `source` of each profile tells what was read.
-
-        Raises
-        ------
-        ValueError
-            As of `Profile.read`; for a section of fewer than 4 readings, or one whose heights scatter by more
-            than half of the distance to the next.
-
-        Examples
-        --------
-        >>> turn = np.arange(0.0, 360.0, 2.0)
-        >>> table = {"z (mm)": np.repeat([0.0, 5.0, 10.0], 180), "angle (deg)": np.tile(turn, 3)}
-        >>> table["dev (um)"] = np.tile(2 * np.cos(np.radians(3 * turn)), 3)
-        >>> shaft = Sections.read(table, height="z", angle="angle", deviation="dev", radius=25.0)
-        >>> round(shaft.cylinder("MZC").cyl_t, 6)  # mm
-        0.004
-        """
-        found = samples(
-            data, angle, reading, deviation, radius, tip_radius, group, missing, plausible,
-            height=height, section=section,
-        )  # fmt: skip
-        sections = found.sections(plausible)
-        profiles = [Profile._of_turn(each, tip_radius, internal) for _, each in sections]
-        return cls(tuple(profiles), np.array([level for level, _ in sections]))
-
-    @cached_property
-    def points(self) -> Floats:
-        """Centres of the tip about the spindle axis, and heights, (n, 3), mm."""
-        if self._scan is not None:
-            return lasting(self._scan.points)
-        pairs = zip(self.profiles, self.heights, strict=True)
-        return lasting(np.vstack([np.insert(profile.points, 2, z, axis=1) for profile, z in pairs]))
-
-    @cached_property
-    def centers(self) -> Floats:
-        """Centres of the sections' circles and their heights, (m, 3), mm: the median line."""
-        circles = np.array([profile.circle.value[1:] for profile in self.profiles]).reshape(-1, 2)
-        return lasting(np.column_stack([circles, self.heights]))
-
-    @property
-    def _tip(self) -> float:
-        """Distance of the tip's centre beyond the surface, mm; negative in a bore."""
-        return self.profiles[0]._tip if self._scan is None else self._scan.tip
 
     def cylinder(self, kind: str = "LSC") -> Cylinder:
         """Return a reference cylinder on true distances, with cylindricity and taper (ISO 12180).
@@ -330,19 +194,11 @@ class Sections(ByValue, Plan):
                 return self.centers[k, :2], float(self.heights[k])
         raise ValueError(f"datum must be two of the profiles of these sections; got {checks.shown(section)}")
 
-    def _need_sections(self, name: str) -> None:
-        if not self.profiles:
-            count = counted(len(self.points), "reading")
-            raise ValueError(
-                f"{name} must be asked of profiles at heights, whose centres it compares; got {count} of no"
-                " section"
-            )
-
     @property
     def dataset(self) -> xr.Dataset:
         """Samples as labelled arrays: angles in rad, lengths in mm; a number tells the section of each."""
         return (
-            record.of_sections(self.profiles, self.heights)
+            record.of_sections(self.profiles, self.heights, self.names)
             if self._scan is None
             else record.of_scan(self._scan)
         )
@@ -350,7 +206,8 @@ class Sections(ByValue, Plan):
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> "Sections":
         if "section" in dataset.dims:
-            return cls(tuple(record.profiles_of(dataset)), dataset["height"].values)
+            profiles = tuple(record.profiles_of(dataset))
+            return cls(profiles, dataset["height"].values, record.names_of(dataset))
         scan = record.scan_from(dataset)
         return cls.from_points(
             scan.angle, scan.height, scan.reading, tip_radius=scan.tip_radius, internal=scan.internal
@@ -362,15 +219,3 @@ class Sections(ByValue, Plan):
             f"{count} over {np.ptp(self.points[:, 2]):.6g} mm, {len(self.points)} points;"
             f" total run-out {self.total_runout() / units.um(1.0):.4g} µm about the spindle"
         )
-
-
-def _refuse_other_tips(profiles: tuple[Profile, ...]) -> None:
-    """Refuse sections of different tips, or of a bore and a shaft."""
-    first = profiles[0]
-    for k, each in enumerate(profiles):
-        for name in ("tip_radius", "internal"):
-            one, other = getattr(first, name), getattr(each, name)
-            if one != other:
-                raise ValueError(
-                    f"profiles must have one {name}; got {one} of profiles[0] and {other} of profiles[{k}]"
-                )

@@ -12,6 +12,7 @@ from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
 _OF_PROFILE = ("circle", "origin")  # attributes of one profile, kept as lists
+_NAMES = "names"  # attribute of all
 _NUMBERS = {"sample": "section_of_sample", "measured": "section_of_measured"}
 _LABELS = {
     "angle": ("rad", "spindle angle"),
@@ -20,7 +21,7 @@ _LABELS = {
 }
 
 
-def of_sections(profiles: Sequence[Profile], heights: Floats) -> xr.Dataset:
+def of_sections(profiles: Sequence[Profile], heights: Floats, names: tuple[str, ...]) -> xr.Dataset:
     """Samples of all sections and the residuals of their last steps, with the number of each section."""
     parts = [profile.dataset for profile in profiles]
     whole = xr.Dataset({"height": ("section", heights, _label("height"))})
@@ -32,7 +33,12 @@ def of_sections(profiles: Sequence[Profile], heights: Floats) -> xr.Dataset:
         dim = str(one.dims[0])
         whole[name] = (dim, np.concatenate([_held(part, name, dim) for part in parts]), one.attrs)
     lists = {key: json.dumps([part.attrs[key] for part in parts]) for key in _OF_PROFILE}
-    return whole.assign_attrs(parts[0].attrs | lists)
+    return whole.assign_attrs(parts[0].attrs | lists | {_NAMES: json.dumps(names)})
+
+
+def names_of(data: xr.Dataset) -> tuple[str, ...]:
+    """Names of the sections of a file."""
+    return tuple(json.loads(data.attrs.get(_NAMES, "[]")))
 
 
 def profiles_of(data: xr.Dataset) -> list[Profile]:

@@ -87,7 +87,8 @@ def _each(sections: Any, found: Mapping[str, Cylinder]) -> AmountTable:
     """A row for each section; intervals of RONt where they are known; run-out about both axes."""
     circles = [profile.roundness() for profile in sections.profiles]
     ends = [None if each.why_no_interval else each.interval() for each in circles]
-    columns = [
+    columns = [Amounts.of("section", sections.names)] if sections.names else []
+    columns += [
         Amounts.of("height", [f"{each:g}" for each in sections.heights], heading="height [mm]"),
         Amounts.of("radius", [f"{each.radius:.8g}" for each in circles], heading="radius [mm]"),
         Amounts.of("offset", [each.offset for each in circles], "mm"),
@@ -116,10 +117,12 @@ def _origin(sections: Any) -> Iterator[Block]:
     profiles = sections.profiles
     filters = dict.fromkeys(profile._origin.filter or "none: all undulations" for profile in profiles)
     lines = [f"filter: {told}" for told in filters] or ["filter: none: all undulations"]
-    for profile, height in zip(profiles, sections.heights, strict=True):
+    names = sections.names or [""] * len(profiles)
+    for profile, height, name in zip(profiles, sections.heights, names, strict=True):
         told = [f"step: {each}" for each in profile.steps]
         told += remarks_on(profile.roundness().origin)
-        lines += [f"height {height:g} mm, {each}" for each in told]
+        place = f"section {name}, height {height:g} mm" if name else f"height {height:g} mm"
+        lines += [f"{place}, {each}" for each in told]
     yield Heading("How it was measured")
     yield Sentences(lines)
     yield Heading("Source of the data")

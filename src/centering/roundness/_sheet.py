@@ -8,13 +8,14 @@ import numpy as np
 
 from centering.roundness._budget import HEADS, Budget
 from centering.roundness._circle_noise import amplitude_sd, even_noise, is_even_noise, waves_of
+from centering.roundness._deviations_about import KINDS
 from centering.roundness._form_change import FormChange
 from centering.roundness._harmonic_limits import limits_of
 from centering.roundness._harmonic_verdicts import harmonic_verdicts, split_limits
 from centering.roundness._harmonics import Harmonics, above_noise
 from centering.roundness._profile_sheet import FORM, limit_of
 from centering.roundness._ront_verdict import told_ront, without_interval
-from centering.roundness._roundness import KINDS, Roundness
+from centering.roundness._roundness import Roundness
 from centering.roundness._roundness_interval import RoundnessInterval
 from centering.roundness._spindle_error import told_lost
 from sdpgrind.base.columns.source import Source

@@ -9,11 +9,13 @@ import numpy as np
 from centering.roundness import _profile_steps as steps_of
 from centering.roundness._asperities import asked_for, suspects, without_asperities
 from centering.roundness._correction import corrected
+from centering.roundness._evened import Evened, evened
 from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._given_readings import GivenReadings
 from centering.roundness._hidden_noise import hidden_noise
 from centering.roundness._known_noise import with_known_noise
 from centering.roundness._origin import Made
+from centering.roundness._reading_noise import noise_sd
 from centering.roundness._robust_filter import LEAST
 from centering.roundness._roller import RollerError
 from centering.roundness._roller_task import task_of
@@ -73,7 +75,7 @@ class SteppedReadings(GivenReadings):
         their upper half, insensitive to a few lobes. A gap, or form above Nyquist's limit, makes it an upper
         bound. Filtered: that of the filtered noise. After `correct` that of the spindle's error is in it.
         """
-        return steps_of.noise_sd(self)
+        return noise_sd(self)
 
     @property
     def deviation_sd(self) -> Floats:
@@ -171,10 +173,12 @@ class SteppedReadings(GivenReadings):
         """Take out readings that stand out of the form, as those of dust and burrs; before a filter.
 
         The form is that of the robust filter at 150 upr, or a twentieth of the points of a turn if that is
-        less; the standard deviation follows from the median of the residuals. Above it is away from the
-        material, in a bore towards the axis. An asperity ends where the residuals fall below twice that.
-        The edge of a slot or a keyway is none: the readings go on level on one side of it. Dust within some
-        undulations of that cut-off beside an edge is missed, or taken out with the readings up to the edge.
+        less; the standard deviation follows from the median of the residuals, as of normal noise: with the
+        heavier tails of a Laplace distribution 12 sd are as rare as 6. Above it is away from the material, in
+        a bore towards the axis. An asperity ends where the residuals fall below twice that.
+        The edge of a slot or a keyway is none: the readings go on level on one side of it; nor is the land
+        between two slots, beyond which the readings are level with it again. Dust within some undulations of
+        that cut-off beside an edge is missed, or taken out with the readings up to the edge.
         Nothing is put in its place: harmonics are fitted to the other readings. `removed` keeps what was
         taken out, and the contact with a grinder still counts it.
 
@@ -258,9 +262,10 @@ class SteppedReadings(GivenReadings):
         members of old drawings without their phase. The robust filter fits a parabola about each point;
         outliers lose their weight by Tukey's rule.
 
-        A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give
-        harmonics by least squares, for a Gaussian up to five cut-offs, for other filters all that the samples
-        tell (seconds for some thousands), across a gap two to one; several turns are averaged. The
+        A turn on an even grid is filtered by FFT, also where part angles lie up to 0.2 steps beside it, as of
+        3600 points of a ring 10 µm off its axis. Other samples (several turns, gaps, a ring farther off)
+        give harmonics by least squares, for a Gaussian up to five cut-offs, for other filters all that the
+        samples tell (seconds for some thousands), across a gap two to one; several turns are averaged. The
         eccentricity is removed exactly before.
 
         Parameters
@@ -309,10 +314,18 @@ class SteppedReadings(GivenReadings):
         warn_if_sparse(2 * self.nyquist, asked.cut_off)
         if kind == "robust":
             return self._made(steps_of.filtered_robustly(self, asked))
-        how = steps_of.filtered_evenly if is_even(self.part_angle) else steps_of.filtered
-        made = self._made(how(self, asked))
-        made._note(suspects=self._suspects, hidden=self._hidden)
-        return made
+        even = self._evened
+        made = steps_of.filtered(self, asked) if even is None else steps_of.filtered_evenly(self, asked, even)
+        profile = self._made(made)
+        profile._note(suspects=self._suspects, hidden=self._hidden)
+        return profile
+
+    @cached_property
+    def _evened(self) -> Evened | None:
+        """Deviations on an even turn; None where angles are not near one, or a roller's error is unsure."""
+        if self.roller_error is not None and not is_even(self.part_angle):
+            return None
+        return evened(self.part_angle, self.deviation, self.circle.value)
 
     @cached_property
     def _hidden(self) -> str:

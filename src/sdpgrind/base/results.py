@@ -11,7 +11,7 @@ from sdpgrind.base.records import Saved
 if TYPE_CHECKING:
     import xarray as xr
 
-_FIELDS = "fields"  # attribute of a file
+FIELDS = "fields"  # attribute of a file
 
 
 class Result(Saved):
@@ -33,12 +33,12 @@ class Result(Saved):
             name: (_dims(name, each), each, _label(name, known.get(name, "")))
             for name, each in arrays.items()
         }
-        return xr.Dataset(columns, attrs={_FIELDS: stored.encode(rest)})
+        return xr.Dataset(columns, attrs={FIELDS: stored.encode(rest)})
 
     @classmethod
     def restored(cls, dataset: "xr.Dataset") -> Self:
         """Return the result of a `dataset` read from a file, with its units."""
-        rest: dict[str, Any] = stored.decode(dataset.attrs[_FIELDS])
+        rest: dict[str, Any] = stored.decode(dataset.attrs[FIELDS])
         return cls(**rest, **{str(name): each.values for name, each in dataset.data_vars.items()})
 
 

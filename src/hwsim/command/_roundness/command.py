@@ -48,7 +48,12 @@ def add_roundness(subparsers: Any) -> None:
         "--remove-asperities", action="store_true", help="take dust and burrs out, and say so"
     )
     parser.add_argument("--filter", choices=_FILTERS, default="gaussian", help="filter (gaussian)")
-    parser.add_argument("--upr", help="cut-off, or a band as 15-150 (50)")
+    parser.add_argument(
+        "--upr",
+        metavar="UPR",
+        help="cut-off in undulations per revolution, of which the filter keeps fewer; or a band LOW-HIGH: "
+        "15-150 keeps waves of 15 to 150 a turn, 15- those from 15 on (50)",
+    )
     parser.add_argument("--circle", choices=_CIRCLES, default="LSC", help="reference circle (LSC)")
     parser.add_argument("--limit", metavar="RONT", help="limit of RONt: accepted, rejected or not decided")
     parser.add_argument(
@@ -56,7 +61,8 @@ def add_roundness(subparsers: Any) -> None:
         metavar="UPR=LENGTH",
         action="append",
         default=[],
-        help="largest amplitude before the filter, of a harmonic 42=0.05um or a band 2-15=0.5um; repeatable",
+        help="largest amplitude before the filter of one harmonic, 42=0.05um: that of 42 waves a turn; or of "
+        "each in a band LOW-HIGH, 2-15=0.5um: those of 2 to 15; repeatable",
     )
     parser.add_argument(
         "--before",
@@ -66,7 +72,9 @@ def add_roundness(subparsers: Any) -> None:
     )
     parser.add_argument("--rotation", metavar="ANGLE", help="turn of the part since --before (found)")
     parser.add_argument("--instrument", type=Path, metavar="t.toml", help="errors of the tester")
-    parser.add_argument("--height", metavar="H", help="height of the section above the table")
+    parser.add_argument(
+        "--height", metavar="H", help="height of the section above the table, for --instrument"
+    )
     parser.add_argument("--report", type=Path, metavar="ring.html", help="write the sheet to sign")
     parser.set_defaults(work=work)
 
@@ -94,6 +102,9 @@ def _facts(arguments: argparse.Namespace, lengths: dict[str, float | None]) -> F
     limits, rotation = options.harmonic_limits(arguments.harmonic_limit), options.rotation(arguments.rotation)
     if rotation is not None and arguments.before is None:
         raise ValueError(f"--rotation must be given with --before; got {arguments.rotation!r}")
+    if arguments.height is not None and arguments.instrument is None:
+        needed = "--height must be given with --instrument, whose spindle may err with it"
+        raise ValueError(f"{needed}; got {arguments.height!r}")
     profile = _profile(arguments.file, arguments, lengths)
     harmonics = profile.harmonics(_highest(limits), limits=limits) if limits else None
     form = _filtered(profile, arguments)
@@ -133,10 +144,7 @@ def _filtered(profile: Any, arguments: argparse.Namespace) -> Any:
         if arguments.upr is not None:
             raise ValueError(f"--upr must be left out with --filter none; got {arguments.upr!r}")
         return profile
-    try:
-        upr: Any = float(arguments.upr or _UPR)
-    except ValueError:
-        upr = arguments.upr  # the name of a band
+    upr = _UPR if arguments.upr is None else options.passed(arguments.upr)
     return profile.filter(arguments.filter, upr=upr)
 
 

@@ -29,6 +29,7 @@ class Facts(NamedTuple):
     def lines(self) -> Iterator[str]:
         """A fact a line."""
         yield f"file    {self.profile.source.files[0].name}: {len(self.profile.angle)} points"
+        yield from (note for note in self.profile.source.notes if note.startswith("section "))
         yield from (f"step    {step}" for step in self.profile.steps)
         yield f"filter  {self.circle.filter or 'none: all undulations'}"
         yield f"circle  {self.circle!r}"

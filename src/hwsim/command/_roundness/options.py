@@ -6,6 +6,8 @@ from typing import Any
 
 _ARC_LENGTH = ".x3p"  # a profile over the length of arc, without angles
 _BAND = re.compile(r"(\d+)(?:-(\d+))?=(.+)")
+_NUMBER = r"[\d.]+"
+_PASSED = re.compile(rf"({_NUMBER})(?:(-)({_NUMBER})?)?")
 _IN_UM = ("limit", "noise-sd")  # told in micrometres, so that a number alone would be a guess
 
 
@@ -36,6 +38,17 @@ def rotation(given: str | None) -> float | None:
     except ValueError:
         return quantity("--rotation", given, "rad")
     raise ValueError(f"--rotation must have its unit, as 0deg or 0.1rad; got {given!r}")
+
+
+def passed(given: str) -> float | tuple[float, float | None]:
+    """A cut-off or a band, upr, from texts as 50, 3-30 and 15-, a high pass."""
+    split = _PASSED.fullmatch(given.strip())
+    try:
+        low, dash, high = split.groups() if split else ("", None, None)
+        return float(low) if dash is None else (float(low), None if high is None else float(high))
+    except ValueError:
+        rule = "a cut-off, upr, or a band of them, as 50, 15-150 or 15-"
+        raise ValueError(f"--upr must be {rule}; got {given!r}") from None
 
 
 def harmonic_limits(given: list[str]) -> dict[int | tuple[int, int], float]:
