@@ -1,4 +1,5 @@
 from . import devices as devices
+from . import faults as faults
 from . import opcua as opcua
 from . import protocols as protocols
 from ._link.courier import Courier as Courier
