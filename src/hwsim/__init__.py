@@ -11,4 +11,9 @@ Examples
 
 from sdpgrind.base import faces
 
-__getattr__, __dir__, __all__ = faces.attach(__name__, __file__)
+_INSTEAD = "between computers, OPC UA (hwsim.serve, hwsim.OpcuaPlant); in a simulation, hwsim.QueueLink"
+__getattr__, __dir__, __all__ = faces.attach(
+    __name__,
+    __file__,
+    retired=dict.fromkeys(("TcpLink", "TcpListener"), ("_link.tcp", _INSTEAD)),
+)

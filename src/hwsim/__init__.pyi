@@ -1,11 +1,10 @@
 from . import devices as devices
+from . import faults as faults
 from . import opcua as opcua
 from . import protocols as protocols
 from ._link.courier import Courier as Courier
 from ._link.links import Link as Link
 from ._link.links import QueueLink as QueueLink
-from ._link.tcp import TcpLink as TcpLink
-from ._link.tcp import TcpListener as TcpListener
 from ._link.watchdog import Watchdog as Watchdog
 from ._live.live import Aborted as Aborted
 from ._live.live import Live as Live

@@ -44,6 +44,7 @@ PACKAGES = (
     "centering.setup",
     "hwsim",
     "hwsim.devices",
+    "hwsim.faults",
     "hwsim.opcua",
     "hwsim.protocols",
 )

@@ -148,7 +148,7 @@ THEMES = {
         "_problem", "circle", "roundness", "monitoring", "setup", "push", "friction", "cycle", "_identify", "_doubts", "_plant",
     ),
     "hwsim": (
-        "protocols", "devices", "_part", "io", "_log", "_processor", "_live", "_loop", "_replay", "_link", "plants", "_study", "_report",
+        "protocols", "devices", "_part", "faults", "io", "_log", "_processor", "_live", "_loop", "_replay", "_link", "plants", "_study", "_report",
         "command", "opcua", "cli",
         "__main__",
     ),

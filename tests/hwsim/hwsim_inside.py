@@ -1,7 +1,8 @@
 """Private names of `hwsim` that its tests look at."""
 
-from hwsim._link import courier as couriers
-from hwsim._link.tcp import Unpacker, packed
+from hwsim._link import backlog as backlogs
+from hwsim._link.frames import Frame, parsed
+from hwsim._link.tcp import TcpLink, TcpListener, Unpacker, packed
 from hwsim._log import chain
 from hwsim._log.fingerprint import fingerprint, former
 from hwsim._log.frames import Frames
@@ -22,23 +23,27 @@ __all__ = [
     "DRAWN",
     "Clock",
     "CommandReport",
+    "Frame",
     "Frames",
     "Kind",
     "Labels",
     "Table",
+    "TcpLink",
+    "TcpListener",
     "Unpacker",
+    "backlogs",
     "broken_off",
     "chain",
     "column",
     "command_column",
     "common_tick",
-    "couriers",
     "digest",
     "exact",
     "fingerprint",
     "former",
     "in_terms",
     "packed",
+    "parsed",
     "parts_table",
     "read",
     "release_time",

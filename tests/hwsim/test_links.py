@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hwsim_inside import Unpacker, couriers, packed
+from hwsim_inside import Unpacker, backlogs, packed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -237,8 +237,8 @@ def test_only_what_was_lost_is_sent_again():
 
 
 def test_a_backlog_is_a_queue_whatever_of_it_is_in_the_file(monkeypatch):
-    monkeypatch.setattr(couriers, "NEAR", 4)
-    backlog, plain, rng = couriers.Backlog(), deque(), np.random.default_rng(3)
+    monkeypatch.setattr(backlogs, "NEAR", 4)
+    backlog, plain, rng = backlogs.Backlog(), deque(), np.random.default_rng(3)
     for k in range(2000):
         if rng.random() < (0.7 if k % 400 < 200 else 0.2):
             record = rng.bytes(int(rng.integers(0, 40)))
@@ -252,7 +252,7 @@ def test_a_backlog_is_a_queue_whatever_of_it_is_in_the_file(monkeypatch):
 
 
 def test_a_host_that_is_gone_for_long_costs_no_memory_and_no_record(monkeypatch):
-    monkeypatch.setattr(couriers, "NEAR", 100)
+    monkeypatch.setattr(backlogs, "NEAR", 100)
     near, far = QueueLink().start()
     machine, host = Courier(near), Courier()
     for k in range(5000):

@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from hwsim_inside import TcpLink, TcpListener
 
 import hwsim
-from hwsim import Courier, QueueLink, TcpLink, TcpListener, Watchdog
+from hwsim import Courier, QueueLink, Watchdog
 
 SAFE = {"velocity": 0.0, "retract": 1.0}
 PATIENCE = 20.0  # s

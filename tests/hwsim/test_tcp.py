@@ -7,9 +7,9 @@ from time import monotonic, sleep
 
 import numpy as np
 import pytest
-from hwsim_inside import packed
+from hwsim_inside import TcpLink, TcpListener, packed
 
-from hwsim import Courier, Link, TcpLink, TcpListener
+from hwsim import Courier, Link
 
 PATIENCE = 20.0  # s; nothing here takes long, but the machine may be busy
 

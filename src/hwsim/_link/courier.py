@@ -5,25 +5,22 @@ names the last message that arrived. A link keeps messages in order; a record th
 message and did not arrive is therefore lost, and is sent again at once. No timer is needed.
 """
 
-import struct
-import tempfile
 import uuid
-import weakref
 from collections import deque
-from itertools import count
-from typing import IO, Any, Self
+from contextlib import suppress
+from typing import Any, Self
 
+from hwsim._link.backlog import Backlog
+from hwsim._link.frames import RECORD, SIGN, WINDOW, Frame, parsed
 from hwsim._link.links import Link
 from hwsim._processor.tasks import NANOSECONDS
 from sdpgrind.base import checks
 
-# kind, sender; acknowledged: courier, records in order, bits of records behind them, last message; number of
-# this message, oldest record, this record
-_HEADER = struct.Struct("!B8Q")
-_SIGN, _RECORD = range(3, 5)  # kinds of message
-_WINDOW = 64  # derived: records under way at once are the bits of one word of the header
-_LENGTH = struct.Struct("!Q")  # length of a record in the file of a backlog
-NEAR = 4096  # records in memory; chosen: 40 s of a controller of 100 Hz
+# in one call of `advance`; chosen: twice the messages of a full window, some 0.5 ms
+_MESSAGES, _BYTES = 128, 2**20
+# messages and bytes that may wait for the next calls; chosen: 32 calls, four of the largest records of 16 MiB
+_WAITING, _WAITING_BYTES = 4096, 2**26
+_UNREAD = 4096  # records that wait for `receive`; chosen: as many as a backlog has in memory
 
 
 class Courier:
@@ -32,6 +29,11 @@ class Courier:
     `send` keeps a record until the courier on the other side has acknowledged it. `advance`, called
     repeatedly, sends and receives records or a sign of life. After a break, `attach` another link: no record
     is lost or doubled.
+
+    What the other side sends is not trusted: a message that no courier sends closes the link (`reason`),
+    which is silence; one that is not newer than the last is no sign of life. One call takes 128 messages and
+    1 MiB, the rest waits; more than 4096, or 64 MiB, close the link. Nothing proves who the other side is:
+    between computers, OPC UA does (`hwsim.serve`, `hwsim.OpcuaPlant`).
 
     A new courier replaces an older one on the same side: the other side sends it what the older one had not
     acknowledged. A copy is the same courier.
@@ -74,11 +76,17 @@ class Courier:
         self._oldest = 0  # number of the first record kept
         self._under_way: dict[int, int] = {}  # record -> last message that carried it over this link
         self._behind: set[int] = set()  # records newer than the oldest that have arrived
-        self._messages = count(1)
+        self._sent = 0  # number of our last message
+        self._carried = 0  # records that any message has carried
         self._reached = 0  # number of our last message that arrived
         self._other = 0  # courier on the other side
         self._last = 0  # number of its last message
+        self._kept_there = 0  # its oldest record
         self._taken = 0  # number of its records delivered in order
+        self._known = False  # whether it was heard over this link
+        self._reason = ""
+        self._arrived: deque[bytes] = deque()  # messages that wait for the next `advance`
+        self._bytes = 0  # in them
         self._early: dict[int, bytes] = {}  # its records that arrived out of order
         self._received: list[bytes] = []
         self._time = self._heard = 0.0
@@ -111,6 +119,11 @@ class Courier:
         """Whether no link is attached, or it is closed."""
         return self._link is None or self._link.closed
 
+    @property
+    def reason(self) -> str:
+        """Why the link was closed, in words; empty while it is open, or where the link does not tell."""
+        return self._reason or str(getattr(self._link, "reason", ""))
+
     def attach(self, link: Link) -> None:
         """Continue over another link, from the oldest record that is not acknowledged.
 
@@ -129,6 +142,8 @@ class Courier:
         """
         self._link = checks.able("link", link, "a link", "send", "receive", "advance", "close")
         self._under_way.clear()
+        self._forget()
+        self._known, self._reason = False, ""
 
     def send(self, record: bytes) -> None:
         """Keep a record (bytes) and send it with the next `advance`."""
@@ -172,40 +187,92 @@ class Courier:
         if self._link is None:
             return
         self._link.advance(self._time)
-        for message in self._link.receive():
-            self._hear(message)
+        self._hear_some(self._link)
         if not (self._link.closed or self._link.unsent):  # nothing piles up in a blocked link
             self._tell(self._link)
 
+    def _hear_some(self, link: Link) -> None:
+        """Receive what one call may take; the rest waits."""
+        try:
+            fresh = link.receive()
+            self._bytes += sum(map(len, fresh))
+            self._arrived += fresh
+        except Exception as error:  # a link that fails is cut
+            self._cut(f"the link failed: {type(error).__name__}: {error}")
+        messages, left = 0, _BYTES
+        while self._arrived and messages < _MESSAGES and (not messages or len(self._arrived[0]) <= left):
+            message = self._arrived.popleft()
+            messages, left, self._bytes = messages + 1, left - len(message), self._bytes - len(message)
+            self._hear(message)
+        if len(self._arrived) > _WAITING or self._bytes > _WAITING_BYTES:
+            self._cut(f"more than {_WAITING} messages or {_WAITING_BYTES} bytes wait")
+
+    def _cut(self, reason: str) -> None:
+        """Close the link for a reason, and forget what waits."""
+        self._reason = self._reason or reason
+        self._forget()
+        with suppress(Exception):  # it may have failed
+            self.close()
+
+    def _forget(self) -> None:
+        """Forget the messages that wait."""
+        self._arrived.clear()
+        self._bytes = 0
+
     def _hear(self, message: bytes) -> None:
         """Receive a message, with at most one record in it."""
-        if len(message) < _HEADER.size or message[0] not in (_SIGN, _RECORD):
-            self.close()
+        frame = parsed(message)
+        if isinstance(frame, str):
+            self._cut(frame)
             return
-        kind, other, whose, arrived, behind, reached, number, oldest, record = _HEADER.unpack_from(message)
-        ours = whose == self._name
-        if ours and arrived + behind.bit_length() + (behind > 0) > self._oldest + len(self._kept):
-            self.close()  # more is acknowledged than was sent: no courier is there
+        new, ours = frame.sender != self._other, frame.whose == self._name
+        if not new and (frame.number <= self._last or (ours and frame.reached < self._reached)):
+            return  # no sign of life: it was heard before
+        if reason := self._fault(frame, new=new, ours=ours):
+            self._cut(reason)
             return
-        # a new courier, or one whose records were acknowledged by another courier in between
-        if other != self._other or oldest > self._taken:
-            self._other, self._taken = other, oldest
-            self._early.clear()
+        self._heard, self._known = self._time, True
+        self._follow(frame, new=new)
         if ours:
-            self._let_go(arrived, behind, reached)
-        self._heard, self._last = self._time, number
-        if kind == _RECORD and self._taken <= record < self._taken + _WINDOW:
-            self._early[record] = message[_HEADER.size :]
+            self._let_go(frame)
+        if frame.kind == RECORD and frame.record >= self._taken and len(self._received) < _UNREAD:
+            self._early[frame.record] = frame.content
             self._take()
 
-    def _let_go(self, arrived: int, behind: int, reached: int) -> None:
+    def _fault(self, frame: Frame, *, new: bool, ours: bool) -> str:
+        """Say why no courier sends such a message; empty: one may."""
+        if frame.sender == self._name:
+            return "its own messages came back"
+        if ours and (frame.top > max(self._carried, self._oldest) or frame.reached > self._sent):
+            return "more was acknowledged than was sent"
+        # another courier may have acknowledged what this one never saw, but not while this one is addressed
+        floor = 0 if new else self._kept_there
+        ceiling = self._taken if self._known and ours and not new else frame.oldest
+        if not floor <= frame.oldest <= ceiling:
+            return f"the oldest record must be in [{floor}, {ceiling}]; it was {frame.oldest}"
+        end = WINDOW + (frame.oldest if new else max(frame.oldest, self._taken))
+        if frame.kind == RECORD and not frame.oldest <= frame.record < end:
+            return f"a record must be in [{frame.oldest}, {end}); it was {frame.record}"
+        return ""
+
+    def _follow(self, frame: Frame, *, new: bool) -> None:
+        """Note who sends, and from which record on."""
+        if new:
+            self._reached = 0
+        if new or frame.oldest > self._taken:
+            self._other, self._taken = frame.sender, frame.oldest
+            self._early.clear()
+        self._last, self._kept_there = frame.number, frame.oldest
+
+    def _let_go(self, frame: Frame) -> None:
         """Drop the records that have arrived, and note those behind them that have."""
-        while self._oldest < arrived:
+        while self._oldest < frame.arrived:
             self._kept.popleft()
             self._under_way.pop(self._oldest, None)
             self._oldest += 1
-        self._behind = {arrived + 1 + k for k in range(behind.bit_length()) if behind >> k & 1}
-        self._reached = reached
+        bits = range(frame.behind.bit_length())
+        self._behind = {frame.arrived + 1 + k for k in bits if frame.behind >> k & 1}
+        self._reached = frame.reached
 
     def _take(self) -> None:
         """Deliver the records that are next in order."""
@@ -219,11 +286,14 @@ class Courier:
         for number in due or [None]:
             if link.closed:
                 return
-            link.send(self._message(number))
+            try:
+                link.send(self._message(number))
+            except Exception as error:  # a link that fails is cut
+                self._cut(f"the link failed: {type(error).__name__}: {error}")
 
     def _due(self) -> list[int]:
         """Records in the window that were not sent over this link, or were lost there."""
-        window = range(self._oldest, self._oldest + min(_WINDOW, len(self._kept)))
+        window = range(self._oldest, self._oldest + min(WINDOW, len(self._kept)))
         return [
             each
             for each in window
@@ -231,62 +301,17 @@ class Courier:
         ]
 
     def _message(self, record: int | None) -> bytes:
-        number = next(self._messages)
+        self._sent += 1
         behind = sum(1 << each - self._taken - 1 for each in self._early)
-        told = self._other, self._taken, behind, self._last, number, self._oldest
+        told = self._other, self._taken, behind, self._last, self._sent, self._oldest
         if record is None:
-            return _HEADER.pack(_SIGN, self._name, *told, 0)
-        self._under_way[record] = number
-        return _HEADER.pack(_RECORD, self._name, *told, record) + self._kept[record - self._oldest]
+            return Frame(SIGN, self._name, *told, 0).packed()
+        self._under_way[record] = self._sent
+        self._carried = max(self._carried, record + 1)
+        return Frame(RECORD, self._name, *told, record, self._kept[record - self._oldest]).packed()
 
     def __copy__(self) -> Self:
         return self
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
-
-
-class Backlog:
-    """Queue of records: the first in memory, the others in a temporary file that ends with the process."""
-
-    def __init__(self) -> None:
-        self._near: deque[bytes] = deque()
-        self._far: IO[bytes] | None = None
-        self._read = self._behind = 0  # position of the next record in the file, bytes; records there
-
-    def __len__(self) -> int:
-        return len(self._near) + self._behind
-
-    def __getitem__(self, place: int) -> bytes:
-        return self._near[place]
-
-    def append(self, record: bytes) -> None:
-        """Append a record."""
-        if len(self._near) < NEAR and not self._behind:
-            self._near.append(record)
-            return
-        if self._far is None:
-            self._far = tempfile.TemporaryFile(prefix="hwsim-")  # noqa: SIM115
-            weakref.finalize(self, self._far.close)
-        self._far.seek(0, 2)
-        self._far.write(_LENGTH.pack(len(record)) + record)
-        self._behind += 1
-
-    def popleft(self) -> bytes:
-        """Remove and return the first record."""
-        record = self._near.popleft()
-        if self._far is not None and self._behind:
-            self._near.append(self._fetched(self._far))
-        return record
-
-    def _fetched(self, far: IO[bytes]) -> bytes:
-        """Read the next record from the file; truncate the file once it is empty."""
-        far.seek(self._read)
-        (length,) = _LENGTH.unpack(far.read(_LENGTH.size))
-        record = far.read(length)
-        self._read += _LENGTH.size + length
-        self._behind -= 1
-        if not self._behind:
-            self._read = 0
-            far.truncate(0)
-        return record

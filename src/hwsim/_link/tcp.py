@@ -1,8 +1,10 @@
-"""A link over TCP between processes or computers; only `TcpLink.wait` and `TcpListener.accept` block.
+"""A link over TCP between processes of one computer; only `TcpLink.wait` and `TcpListener.accept` block.
 
-A mark (two bytes) and the length (four bytes, big-endian) precede each message in the stream.
+It is retired: nothing proves who the peer is. A mark (two bytes) and the length (four bytes, big-endian)
+precede each message in the stream.
 """
 
+import ipaddress
 import select
 import socket
 import struct
@@ -15,8 +17,10 @@ Address = tuple[str, int]
 LARGEST = 16 * 2**20  # largest message, bytes; chosen: a scanned profile has some 10 kB
 _MARK = 0xC35A  # chosen: begins no text, so that a peer of another protocol fails at once
 _PREFIX = struct.Struct("!HI")
-_CHUNK = 2**16  # bytes read at once; chosen: the usual buffer of a socket
-_CHUNKS = 64  # most chunks in one call; chosen: a flood of messages does not hold up the receiver
+_CHUNK = 2**16  # bytes sent at once; chosen: the usual buffer of a socket
+_READ = 2**14  # bytes read at once; chosen: 2700 messages at most, some 1 ms
+# read in one call, beyond the last piece; chosen: what a courier takes: a flood waits in the network
+_MESSAGES, _PIECES = 128, 64
 
 
 class TcpLink:
@@ -46,6 +50,7 @@ class TcpLink:
 
     def __init__(self, connection: socket.socket, *, largest: int = LARGEST) -> None:
         self._largest = checks.count("largest", largest)
+        _refuse_other_computer("connection", connection.getpeername())
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket = connection
@@ -61,7 +66,7 @@ class TcpLink:
         Parameters
         ----------
         address : tuple
-            Host and port.
+            Host, of this computer, and port.
         timeout : float
             Time limit, s.
         largest : int
@@ -71,6 +76,8 @@ class TcpLink:
         ------
         OSError
             When nobody answers.
+        ValueError
+            When the host is another computer.
 
         Examples
         --------
@@ -78,6 +85,7 @@ class TcpLink:
         ...     link.closed
         False
         """
+        _refuse_other_computer("address", address)
         return cls(
             socket.create_connection(address, checks.positive("timeout", timeout, "s")), largest=largest
         )
@@ -137,11 +145,11 @@ class TcpLink:
         self._close("it was closed here")
 
     def _read(self) -> None:
-        for _ in range(_CHUNKS):
-            if self.closed:
+        for _ in range(_PIECES):
+            if self.closed or len(self._arrived) >= _MESSAGES:
                 return
             try:
-                piece = self._socket.recv(_CHUNK)
+                piece = self._socket.recv(_READ)
             except BlockingIOError:
                 return
             except OSError as error:
@@ -189,7 +197,7 @@ class TcpListener:
     port : int
         TCP port. 0: a free one.
     host : str
-        Address of this computer to listen on.
+        Loopback address of this computer to listen on.
     largest : int
         Largest message in either direction, bytes; a whole number.
 
@@ -202,6 +210,7 @@ class TcpListener:
 
     def __init__(self, port: int = 0, *, host: str = "127.0.0.1", largest: int = LARGEST) -> None:
         self._largest = checks.count("largest", largest)
+        _refuse_other_computer("host", (host, port))
         self._socket = socket.create_server((host, checks.count("port", port, 0)))
 
     @property
@@ -243,6 +252,18 @@ class TcpListener:
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+
+def _refuse_other_computer(name: str, address: Address) -> None:
+    """Refuse an address that is not loopback."""
+    host = address[0]
+    try:
+        loopback = host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        loopback = False
+    if not loopback:
+        advice = "between computers, OPC UA: hwsim.serve and hwsim.OpcuaPlant"
+        raise ValueError(f"{name} must be a loopback address, such as 127.0.0.1 ({advice}); got {host!r}")
 
 
 def packed(message: bytes, largest: int = LARGEST) -> bytes:

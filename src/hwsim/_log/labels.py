@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
 from hwsim._part.routes import controllers, set_points
+from hwsim.faults._plant import class_name
 from hwsim.protocols import Controller, Plant
 
 LIVE_COLUMNS: Final = {"release_delay": "s", "step_time": "s", "sample_age": "s", "overrun": ""}
@@ -26,8 +27,7 @@ LIVE_PREFIX: Final = "live_"
 
 def aborted(outcome: Mapping[str, Any]) -> bool:
     """Whether a part was made safe before its end."""
-    told = outcome.get(f"{LIVE_PREFIX}aborted", outcome.get("aborted", 0.0))
-    return bool(told == 1.0)
+    return any(outcome.get(name, 0.0) == 1.0 for name in ("aborted", f"{LIVE_PREFIX}aborted"))
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Labels:
         described: dict[str, float | str] = {}
         for said in (*controllers(controller).values(), plant):
             described |= getattr(said, "description", {})
-        names = type(plant).__name__, type(controller).__name__
+        names = class_name(plant), type(controller).__name__
         between = set_points(plant, controller)
         return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described, between)
 

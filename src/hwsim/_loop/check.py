@@ -3,7 +3,7 @@
 import copy
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -32,7 +32,6 @@ _FOLLOWERS = {
 }
 
 
-@runtime_checkable
 class _Retimed(Protocol):
     def with_tick(self, tick: float) -> Plant: ...
 
@@ -99,8 +98,7 @@ def checked_clock(plant: Plant, controller: Controller, name: str = "") -> tuple
         raise ValueError(f"controllers[{name!r}]: {report}" if name else report)
     clock = _clock(plant, controller)
     if clock.tick != exact("tick of the plant", plant.tick):
-        assert isinstance(plant, _Retimed)  # checked in _rates
-        plant = plant.with_tick(float(clock.tick))
+        plant = cast(_Retimed, plant).with_tick(float(clock.tick))  # checked in _rates
     return plant, clock
 
 
@@ -232,7 +230,7 @@ def _rates(plant: Plant, controller: Controller) -> Iterator[str]:
     except (TypeError, ValueError) as error:
         yield str(error)
         return
-    if tick != exact("tick of the plant", plant.tick) and not isinstance(plant, _Retimed):
+    if tick != exact("tick of the plant", plant.tick) and not callable(getattr(plant, "with_tick", None)):
         ticks = f"the plant's ticks of {plant.tick:g} s"
         yield f"controller's period is no whole number of {ticks}; a tick of {tick} s would fit"
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from hwsim._live.wall import take_safe
 from hwsim._part.clock import exact
 from hwsim._processor.tasks import NANOSECONDS
+from hwsim.faults._machine import shown_faults
 from hwsim.opcua._driver import Refused
 from hwsim.protocols import FOREVER, Machine
 
@@ -26,6 +27,8 @@ class ShownSample(NamedTuple):
     done: bool
     latched: str  # why it was made safe; "": it was not
     outcome: Mapping[str, Any] | None  # of a part that has ended
+    shift: float = 0.0  # error of its clock, s
+    cut: bool = False  # whether its link is cut
 
 
 class PacedPart:
@@ -42,7 +45,7 @@ class PacedPart:
         self._tick, self._rate = exact("tick", tick), Fraction(speed)
         self._samples = samples  # ticks between samples of the machine's own computer
         self._anchor = 0  # ns at which its time was 0
-        self._sequence = self._events = 0
+        self._sequence = self._told = self._events = 0  # samples, number told of them, events
         self._held: dict[str, Any] = {}
         self._fresh: dict[str, Any] = {}  # commands that its computer has not taken yet
         self.reading = machine.step({}, 0)
@@ -135,17 +138,21 @@ class PacedPart:
         self._held |= safe
 
     def sample(self) -> ShownSample:
-        """Take the next sample."""
+        """Take the next sample, as the faults of the machine leave it."""
+        machine, faults = self.machine, shown_faults(self.machine)
         self._sequence += 1
-        machine = self.machine
+        self._told = max(self._told, self._sequence - faults.lag)
+        latched = self.latched or faults.lost
         return ShownSample(
             self.part,
             self.reading,
             dict(self._held),
-            self._sequence,
-            float(machine.time * self._tick),
+            self._told,
+            float(machine.time * self._tick) + faults.shift,
             self._events,
-            machine.done and not self.latched,
-            self.latched,
+            machine.done and not latched,
+            latched,
             machine.outcome() if self.over else None,
+            faults.shift,
+            faults.cut,
         )

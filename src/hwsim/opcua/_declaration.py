@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from hwsim.faults._plant import class_name
 from hwsim.protocols import Plant
 from sdpgrind.base import stored
 
@@ -47,7 +48,7 @@ class Declaration:
 def declared(plant: Plant, *, speed: float | None, timeout: float, own: bool) -> Declaration:
     """Collect the declarations of a plant."""
     return Declaration(
-        type(plant).__name__,
+        class_name(plant),
         dict(plant.measures),
         dict(plant.accepts),
         dict(getattr(plant, "outcomes", {})),

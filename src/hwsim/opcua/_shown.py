@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Mapping
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from hwsim.opcua._course import ShownSample
@@ -45,7 +45,9 @@ class Shown:
                 await self._show(sample)
 
     async def _show(self, sample: ShownSample) -> None:
-        now = datetime.now(UTC)
+        if sample.cut:
+            self._space.cut_connections()
+        now = datetime.now(UTC) + timedelta(seconds=sample.shift)
         if sample.part != self._part:
             self._part = sample.part
             await self.produced.begun(sample.part)

@@ -93,6 +93,12 @@ class Space:
         else:
             attribute.value = told
 
+    def cut_connections(self) -> None:
+        """Close the connections of all clients, without a word."""
+        for client in () if self._server.bserver is None else self._server.bserver.clients:
+            if client.transport is not None:
+                client.transport.abort()
+
     def value(self, path: str) -> Any:
         """Return the value of a variable."""
         told = self._aspace.read_attribute_value(self.node_id(path), ua.AttributeIds.Value)

@@ -1,0 +1,10 @@
+from ._delays import DeadTime as DeadTime
+from ._delays import Duplicated as Duplicated
+from ._delays import Late as Late
+from ._delays import Stuck as Stuck
+from ._links import ClockJump as ClockJump
+from ._links import LinkCut as LinkCut
+from ._links import PowerLoss as PowerLoss
+from ._values import Bias as Bias
+from ._values import Dropped as Dropped
+from ._values import Spike as Spike
