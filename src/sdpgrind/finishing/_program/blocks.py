@@ -8,7 +8,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.course import Run
 from sdpgrind.finishing._program.turns import angle_between, between
 
-# mm, derived: numbers of 0.0001 mm and 1e-7 rad, kept by controllers in single precision, move a point by less
+# mm, derived: numbers of 0.0001 mm and 1e-7 rad, kept in single precision, move a point by less
 ROUNDED = 3e-4
 _SHARE = 0.45  # source: two blends on one block leave a tenth of it straight
 _SHORTEST = 0.01  # mm, chosen: a shorter blend is an exact stop, which no controller confuses with it

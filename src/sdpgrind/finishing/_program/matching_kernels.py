@@ -7,7 +7,7 @@ from sdpgrind.base.compiling.compiled import compiled
 
 @compiled
 def nearest_share(nodes, k, place, least):
-    """Return the share in [least, 1] of segment k of nodes (m, 3) nearest to a place, and the distance, mm."""
+    """Return the share in [least, 1] of segment k that is nearest to a place, and the distance, mm."""
     along, square = 0.0, 0.0
     for c in range(3):
         step = nodes[k + 1, c] - nodes[k, c]

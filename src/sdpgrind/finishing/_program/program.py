@@ -31,7 +31,7 @@ _USUAL, _TYPICAL = (0.002, 5.0), 0.02  # mm, chosen: rounding of the numbers to 
 _NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60}
 _POINTS = {"krl": 5000}  # source: specification, size of a KRL program that its editor takes
 _SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
-_RESERVED = frozenset("def end if else elif while return global thread sec for int real bool char".split())
+_RESERVED = frozenset({"def", "end", "module", "endmodule", "proc", "if", "while", "for", "return", "thread"})
 
 
 @dataclass(frozen=True, repr=False)
@@ -98,10 +98,7 @@ def program_of(
         raise ValueError(f"timing must be False for {target}, which keeps no times; take urscript or csv")
     head = list(_head(motion, target, allowed, name, date))
     if target == "csv":
-        robot = motion.problem.robot
-        told = "times are kept: joints at the rows of the motion, straight lines between them"
-        rows = table([*head, told], motion.profile, robot.names, robot.units)
-        return MotionProgram(rows, allowed, target, name, motion)
+        return _table(motion, head, allowed, name)
     _check_robot(motion, target)
     text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
     return MotionProgram(text, allowed, target, name, motion)
@@ -147,7 +144,8 @@ def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date:
         f", {date}" if date else ""
     )
     yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {problem.feed_rate:g} mm/s"
-    yield f"deviation: contact within {deviation:g} mm of the plan, and turn of the tool times {problem.lever_arm:g} mm"
+    yield f"deviation: contact within {deviation:g} mm of the plan; a turn of the tool counts"
+    yield f"times the lever arm of {problem.lever_arm:g} mm"
     if target == "csv":
         return
     yield "starts and ends 20 mm off the work; not run on a controller: try it slowly, above the work"
@@ -177,6 +175,22 @@ def _exact(motion: PlannedMotion, frames: Frames, joints: Floats) -> Blocks:
     pose = contacts(motion, frames, joints)
     feed = np.array([motion.problem.feed_rate])
     return Blocks(pose[:, :3, 3], turns_of(pose), feed, np.zeros(1), joints)
+
+
+def _table(motion: PlannedMotion, head: list[str], deviation: float, name: str) -> MotionProgram:
+    """Joints at the rows of the motion, and between them where straight lines would leave it."""
+    robot, told = motion.problem.robot, "times are kept: joints over time, straight lines between them"
+    rows, program = motion.profile, None
+    for _ in range(2):  # the second time with rows as near as the first tells
+        text = table([*head, told], rows, robot.names, robot.units)
+        program = MotionProgram(text, deviation, "csv", name, motion)
+        parts = int(np.ceil(np.sqrt(1.1 * program.check().deviation / deviation)))
+        if parts < 2:
+            break
+        time = np.interp(np.arange(parts * (len(rows) - 1) + 1) / parts, np.arange(len(rows)), rows[:, 0])
+        rows = np.column_stack([time, motion.at(time).joints])
+    assert program is not None  # made in the first round
+    return program
 
 
 def _stream(motion: PlannedMotion, head: list[str], name: str) -> str:

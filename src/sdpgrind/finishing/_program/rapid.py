@@ -77,5 +77,6 @@ def _zone(radius: float) -> str:
 def head() -> Iterator[str]:
     """Yield what the head says about time and frames."""
     yield "time is not kept: the controller's own law applies; V is the planned mean feed of each block"
-    yield "frames: tooldata is the contact in tool0, wobjdata the work in the base; set mass and centre of gravity"
+    yield "frames: tooldata is the contact in tool0, wobjdata the work in the base"
+    yield "mass and centre of gravity in tooldata are not those of your tool: set them"
     yield "units: mm, s; MoveAbsJ in deg; quaternions w first; confdata from the model's joints and branch"

@@ -20,7 +20,7 @@ _MARKS = (
 
 
 def read_program(path: str | os.PathLike[str]) -> ProgramPath:
-    """Read a program of a robot as its controller would: URScript, RAPID, KRL or a table.
+    r"""Read a program of a robot as its controller would: URScript, RAPID, KRL or a table.
 
     Read is what `Motion.program` writes, also where it was changed by hand. A statement that is not
     understood is refused. Numbers of RAPID and KRL are kept in single precision, as their controllers do.
@@ -47,7 +47,7 @@ def read_program(path: str | os.PathLike[str]) -> ProgramPath:
     >>> from sdpgrind import finishing
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "joints.csv"
-    ...     _ = file.write_text("time_s,q1_rad,X_mm\\n0,0.1,5\\n0.5,0.2,6\\n")
+    ...     _ = file.write_text("time_s,q1_rad,X_mm\n0,0.1,5\n0.5,0.2,6\n")
     ...     path = finishing.read_program(file)
     >>> path.target, path.time.tolist(), path.joints.tolist()  # s, rad, mm
     ('csv', [0.0, 0.5], [[0.1, 5.0], [0.2, 6.0]])

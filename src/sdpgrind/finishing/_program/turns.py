@@ -61,7 +61,8 @@ def between(first: Floats, second: Floats, share: Floats) -> Floats:
     a = np.where(alike, 1.0 - u, np.sin((1.0 - u) * safe) / np.sin(safe))
     b = np.where(alike, u, np.sin(u * safe) / np.sin(safe))
     out = a * first + b * other
-    return out / np.linalg.norm(out, axis=-1, keepdims=True)
+    unit: Floats = out / np.linalg.norm(out, axis=-1, keepdims=True)
+    return unit
 
 
 def outward(pose: Floats, contact_angle: float, *, pushed: bool) -> Floats:
