@@ -7,7 +7,7 @@ from robot_twins import CHAINS, IRB2400, UR10, about, chain, dh
 import hwsim
 import sdpgrind
 from sdpgrind import finishing
-from sdpgrind.finishing import FinishingProblem, Robot
+from sdpgrind.finishing import FinishingProblem, Posture, Robot
 from sdpgrind.finishing.arm import Redundancy
 from sdpgrind.finishing.arm._choice import choose
 
@@ -271,12 +271,12 @@ def test_where_no_branch_serves():
 
 
 def test_through_a_singular_pose_no_branch_goes():
-    """Axis 6 passes axis 4 on the way: joints 4 and 6 would jump by half a turn. The other shoulder could, but
-    for its limits.
+    """Axis 6 passes axis 4 on the way: joints 4 and 6 would jump by half a turn. Another shoulder and another
+    elbow could go, but for narrow limits of joints 1 and 3.
     """
-    robot = IRB2400.replace(
-        position_min=(-1.0, *IRB2400.position_min[1:]), position_max=(1.0, *IRB2400.position_max[1:])
-    )
+    low, high = list(IRB2400.position_min), list(IRB2400.position_max)
+    low[0], high[0], low[2], high[2] = -1.0, 1.0, -0.45, -0.35
+    robot = IRB2400.replace(position_min=tuple(low), position_max=tuple(high))
     joints = np.tile([0.3, 0.2, -0.4, 0.5, 0.0, -0.7], (21, 1))
     joints[:, 4] = np.linspace(-0.1, 0.1, 21) + 1e-4
     poses = robot.forward(joints)
@@ -317,6 +317,12 @@ def test_former_names_warn_and_mean_the_same():
         assert FinishingProblem(FLAT, robot=arm).replace(wrist_radius=(340.0, 360.0)) == wanted
     with pytest.warns(DeprecationWarning, match=r"FinishingProblem.arm is now FinishingProblem.robot"):
         assert wanted.arm is wanted.robot
+    with pytest.warns(DeprecationWarning, match=r"FinishingProblem.wrist_radius is now robot.wrist_radius"):
+        assert wanted.wrist_radius == (340.0, 360.0)
+    with pytest.warns(
+        DeprecationWarning, match=r"Posture.wrist_radius is now Posture.free\['wrist_radius'\]"
+    ):
+        assert Posture(0, PLACE, {"wrist_radius": np.full(3, 340.0)}).wrist_radius == 340.0
     with (
         pytest.warns(DeprecationWarning),
         pytest.raises(ValueError, match=r"robot must be given once; got arm= as well"),

@@ -142,7 +142,7 @@ def test_out_of_reach_by_a_millionth_of_a_micrometre_is_out_of_reach(name):
         near = [k for k in range(8) if not stay[k] and apart(robot.solutions([pose])[0, k], joints) < 1e-6]
         assert near and all(np.isnan(found[k, 0]) == gone for k in near)
         if gone:
-            beyond = robot.solved([moved])[1][0, near]
+            beyond = robot._solved([moved])[1][0, near]
             np.testing.assert_allclose(beyond, far, rtol=0.05 if far > 1e-7 else 0.5)
 
 

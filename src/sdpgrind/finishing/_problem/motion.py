@@ -16,6 +16,7 @@ from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.sheets.blocks import AmountTable, figures
+from sdpgrind.base.warned import warn
 from sdpgrind.finishing._problem.placed import turned
 from sdpgrind.finishing._problem.problem import FinishingProblem, check_pressed
 from sdpgrind.finishing._program.program import MotionProgram, program_of
@@ -55,6 +56,12 @@ class Posture(ByValue):
 
     def __hash__(self) -> int:
         return super().__hash__()
+
+    @property
+    def wrist_radius(self) -> float:
+        """Former place of the wrist radius of an arm, mm."""
+        warn("Posture.wrist_radius is now Posture.free['wrist_radius'], a row each", DeprecationWarning)
+        return float(self.free["wrist_radius"][0])
 
 
 class MotionState(NamedTuple):
@@ -242,7 +249,7 @@ class Motion(Plan):
 
     @cached_property
     def worst_singularity(self) -> Singularity:
-        """Row nearest to a singular pose: distance (unit 1), time (s), length (mm), and each least distance."""
+        """Row nearest to a singular pose: distances (unit 1), its time (s) and length (mm)."""
         found = self.problem.robot.singularities(self.joints)
         each = {name: float(np.min(distance)) for name, distance in found.items()}
         name = min(each, key=lambda known: each[known])

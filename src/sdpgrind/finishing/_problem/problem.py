@@ -191,6 +191,12 @@ class FinishingProblem(Described):
         return self.robot
 
     @property
+    def wrist_radius(self) -> Any:
+        """Former place of the wrist radius of an arm, mm."""
+        warn("FinishingProblem.wrist_radius is now robot.wrist_radius", DeprecationWarning)
+        return checks.kind("robot", self.robot, Arm).wrist_radius
+
+    @property
     def turn(self) -> float:
         """Turn of the surface about z of the base, rad."""
         return self.placement[3] if self.placement is not None and len(self.placement) == 4 else 0.0

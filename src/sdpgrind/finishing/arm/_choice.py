@@ -50,7 +50,7 @@ def _candidates(robot: Robot, poses: Floats) -> tuple[list[Floats], list[Way]]:
 def _solved(robot: Robot, poses: Floats) -> tuple[Floats, Floats]:
     """Joints of all branches (m, b, n), and mm out of reach (m, b), where the robot tells them."""
     if isinstance(robot, SerialRobot):
-        return robot.solved(poses)
+        return robot._solved(poses)
     found = np.asarray(robot.solutions(poses), dtype=float)
     if found.ndim != 3 or len(found) != len(poses) or found.shape[2] != len(robot.names):
         wanted = f"({len(poses)}, b, {len(robot.names)})"

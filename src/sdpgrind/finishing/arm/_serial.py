@@ -431,23 +431,10 @@ class SerialRobot(ByValue, Described):
         >>> bool(np.abs(found - joints).max(axis=1).min() < 1e-12)
         True
         """
-        return self.solved(poses)[0]
+        return self._solved(poses)[0]
 
-    def solved(self, poses: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the joints of all branches, as `solutions`, and how far poses are out of their reach.
-
-        Parameters
-        ----------
-        poses : array_like (m, 4, 4)
-            Poses of the tool in the base, mm.
-
-        Returns
-        -------
-        joints : array (m, 8, 6)
-            Joints, rad; NaN where a branch does not reach the pose.
-        beyond : array (m, 8)
-            Distance of the wrist from the reach of the branch, mm; 0 where it reaches the pose.
-        """
+    def _solved(self, poses: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Joints of all branches (m, 8, 6), and mm by which each pose is out of their reach (m, 8)."""
         form, given = self._inverse(), checked_poses(poses)
         turn = given[:, :3, :3]
         off = np.abs(np.einsum("mji,mjk->mik", turn, turn) - np.eye(3)).max(axis=(1, 2), initial=0.0)
