@@ -120,7 +120,7 @@ def test_a_wrong_configuration_is_found():
         with pytest.raises(ValueError, match="configuration of the motion's joints; move 1 names"):
             read_text(program.text.replace(data[0], f"],[{','.join(words)}],[9E9", 1)).check(program.motion)
     bits = planned("small").program("krl")
-    for old, new in (("S 0", "S 1"), ("S 2", "S 3"), ("T ", "T 1")):
+    for old, new in ((",S 0", ",S 1"), (",S 2", ",S 3"), (",T ", ",T 1")):
         if old in bits.text:
             assert refused(bits, bits.text.replace(old, new, 1))
 

@@ -144,7 +144,8 @@ def test_the_tool_is_the_contact_in_the_flange_of_the_controller():
 
 
 def test_an_arm_over_a_table_has_a_table_of_joints_alone(tmp_path):
-    motion = finishing.plan(finishing.preset("specimen"))
+    path = finishing.hilbert(finishing.surface.flat_surface(8.0), 2, mapping="parametric")
+    motion = finishing.plan(finishing.FinishingProblem(path))
     program = motion.program("csv")
     names = next(line for line in program.text.splitlines() if line.startswith("time_s")).split(",")
     assert names == ["time_s", "q1_rad", "q2_rad", "q3_rad", "q4_rad", "q5_rad", "X_mm", "Y_mm"]

@@ -56,6 +56,11 @@ class MotionProgram(Program):
     name: str
     motion: PlannedMotion
 
+    @property
+    def ending(self) -> str:
+        """Ending of its file: ".script", ".mod", ".src" or ".csv"."""
+        return ENDINGS[self.target]
+
     def check(self) -> MotionCheck:
         """Read the text back and follow it, corners as circles: deviations from the motion, mm, rad, mm/s."""
         return read_text(self.text).check(self.motion)
