@@ -85,14 +85,14 @@ for text in (
 # %%
 # A file, and a changed one
 # -------------------------
-# What was changed by hand is read like any other program. Here somebody moved a point by 1 mm.
+# What was changed by hand is read like any other program. Here somebody moved a point by 0.05 mm.
 with TemporaryDirectory() as folder:
     file = Path(folder) / "face1.script"
     program.save(file)
     lines = file.read_text().splitlines()
     middle = len(lines) // 2
     x = lines[middle].split("p[")[1].split(",")[0]
-    lines[middle] = lines[middle].replace(x, f"{float(x) + 0.001:.7f}", 1)
+    lines[middle] = lines[middle].replace(x, f"{float(x) + 0.00005:.7f}", 1)
     file.write_text("\n".join(lines))
     changed = finishing.read_program(file)
     print(f"{changed}: {changed.check(motion).deviation:.3f} mm from the plan")

@@ -349,7 +349,7 @@ AT_MOST = {
     "sdpgrind.weldbead": 25,
     "sdpgrind.plunge": 25,
     "sdpgrind.locus": 26,
-    "sdpgrind.finishing": 30,  # five of them for robots
+    "sdpgrind.finishing": 33,  # five of them for robots, three for programs
     "centering": 35,
 }
 

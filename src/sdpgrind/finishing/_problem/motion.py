@@ -319,7 +319,7 @@ class Motion(Plan):
         >>> motion = finishing.plan(finishing.FinishingProblem(path, robot=robot, placement=place))
         >>> program = motion.program("urscript", name="face1")
         >>> program.text.splitlines()[-4].strip()[:26], program.check().deviation <= 0.02
-        ('movel(pose_trans(work, p[-', True)
+        ('movel(pose_trans(work, p[0', True)
         """
         return program_of(self, target, deviation, name, timing, date)
 

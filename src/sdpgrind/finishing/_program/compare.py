@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.configuration import check_configuration
 from sdpgrind.finishing._program.course import PlannedMotion, frames_of
-from sdpgrind.finishing._program.follow import PLACES, Followed, followed
+from sdpgrind.finishing._program.follow import PLACES, FollowedPath, followed
 from sdpgrind.finishing._program.matching_kernels import match
 from sdpgrind.finishing._program.turns import angle_between, between, raised, shifted, turns_of
 
@@ -78,7 +78,7 @@ def _planned(motion: PlannedMotion) -> Planned:
     return Planned(np.ascontiguousarray(tips[:, :3, 3]), turns_of(tips), feeds, joints)
 
 
-def _passed(there: Followed, places: Floats, segment: Any, share: Floats) -> float:
+def _passed(there: FollowedPath, places: Floats, segment: Any, share: Floats) -> float:
     """Greatest distance of the path's nodes from the planned line between the places that surround them."""
     reached = segment + share
     node = np.arange(len(there.nodes))

@@ -56,14 +56,14 @@ class Run(NamedTuple):
     joints: Floats
 
 
-class Frames(NamedTuple):
+class RobotFrames(NamedTuple):
     """Rigid motions (4, 4), mm: work in the base, contact in the flange of the controller."""
 
     work: Floats
     tool: Floats
 
 
-def frames_of(motion: PlannedMotion) -> Frames:
+def frames_of(motion: PlannedMotion) -> RobotFrames:
     """Return work in the base, and contact in the flange."""
     x, y, z, *turn = motion.posture.placement
     work = np.eye(4)
@@ -71,7 +71,7 @@ def frames_of(motion: PlannedMotion) -> Frames:
     work[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     work[:3, 3] = x, y, z
     robot = motion.problem.robot
-    return Frames(work, inverse(_flange(robot)) @ robot.tool @ shifted(motion.problem.lever_arm))
+    return RobotFrames(work, inverse(_flange(robot)) @ robot.tool @ shifted(motion.problem.lever_arm))
 
 
 def _flange(robot: SerialRobot) -> Floats:
@@ -86,7 +86,7 @@ def _flange(robot: SerialRobot) -> Floats:
     return out
 
 
-def runs_of(motion: PlannedMotion, frames: Frames) -> list[Run]:
+def runs_of(motion: PlannedMotion, frames: RobotFrames) -> list[Run]:
     """Return the runs between rests, samples at most `STEP` apart."""
     cuts = np.flatnonzero(np.diff(motion.time) <= 0) + 1
     rows = zip(np.split(motion.time, cuts), np.split(motion.length, cuts), strict=True)
@@ -101,7 +101,7 @@ def _dense(time: Floats, length: Floats) -> Floats:
     return np.append(time[row] + share * np.diff(time)[row], time[-1])
 
 
-def _run(motion: PlannedMotion, frames: Frames, time: Floats) -> Run:
+def _run(motion: PlannedMotion, frames: RobotFrames, time: Floats) -> Run:
     state = motion.at(time)
     poses = contacts(motion, frames, state.joints)
     points: Floats = poses[:, :3, 3]
@@ -112,7 +112,7 @@ def _run(motion: PlannedMotion, frames: Frames, time: Floats) -> Run:
     return Run(*(each[moved] for each in (time, state.length, points, turns_of(poses), state.joints)))
 
 
-def contacts(motion: PlannedMotion, frames: Frames, joints: Floats) -> Floats:
+def contacts(motion: PlannedMotion, frames: RobotFrames, joints: Floats) -> Floats:
     """Return poses of the contact in the work, (m, 4, 4), mm."""
     tips = motion.problem.robot.forward(joints) @ shifted(motion.problem.lever_arm)
     out: Floats = inverse(frames.work) @ tips

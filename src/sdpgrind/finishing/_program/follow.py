@@ -12,7 +12,7 @@ _CORNER = 8  # chosen: chords of a corner; they leave its circle by a hundredth 
 _STRAIGHT = 1e-7  # rad, chosen: corners of less are straight
 
 
-class Followed(NamedTuple):
+class FollowedPath(NamedTuple):
     """Nodes (m, 3) of the contact in the base, mm, quaternions (m, 4), and block (m - 1,) of each segment."""
 
     nodes: Floats
@@ -20,7 +20,7 @@ class Followed(NamedTuple):
     blocks: Floats
 
 
-def followed(path: Any, robot: Any, tool: Floats, lever: float) -> Followed:
+def followed(path: Any, robot: Any, tool: Floats, lever: float) -> FollowedPath:
     """Follow the straight moves of a path with a robot whose contact is truly at `tool` in its flange."""
     start = robot.forward(path.approach[-1]) @ shifted(lever)
     commanded = path.work @ poses_of(path.points, path.turns) @ inverse(path.tool) @ tool
@@ -28,7 +28,7 @@ def followed(path: Any, robot: Any, tool: Floats, lever: float) -> Followed:
     return _rounded(poses[:, :3, 3], turns_of(poses), np.append(0.0, path.radii))
 
 
-def _rounded(points: Floats, turns: Floats, radii: Floats) -> Followed:
+def _rounded(points: Floats, turns: Floats, radii: Floats) -> FollowedPath:
     """Nodes of straight parts and corners."""
     sizes = np.linalg.norm(np.diff(points, axis=0), axis=1)
     _check_blends(sizes, radii)
@@ -45,7 +45,7 @@ def _rounded(points: Floats, turns: Floats, radii: Floats) -> Followed:
             nodes.append(corner[0])
             quaternions.append(corner[1])
             blocks += [k] * len(corner[0])
-    return Followed(np.concatenate(nodes), np.concatenate(quaternions), np.array(blocks[1:]))
+    return FollowedPath(np.concatenate(nodes), np.concatenate(quaternions), np.array(blocks[1:]))
 
 
 def _check_blends(sizes: Floats, radii: Floats) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._program.course import Frames
+from sdpgrind.finishing._program.course import RobotFrames
 
 MM_PER_M = 1000.0  # derived
 LENGTH, ANGLE = 4, 7  # derived: decimals of mm and rad; at 1.4 m reach 5 decimals of rad give 7 um a joint
@@ -15,12 +15,12 @@ DEGREES = 6  # derived: decimals of degrees for 1e-7 rad
 SLOW = 0.25  # rad/s, chosen: joint moves to the start, at the pace of a robot in hand
 
 
-class Form(NamedTuple):
+class TextForm(NamedTuple):
     """Name of the program, lines of its head, frames, joints (rad) above the start, acceleration (mm/s^2)."""
 
     name: str
     head: list[str]
-    frames: Frames
+    frames: RobotFrames
     start: Floats
     acceleration: float
 

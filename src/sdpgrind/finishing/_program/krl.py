@@ -11,7 +11,7 @@ from sdpgrind.finishing._program.form import (
     DEGREES,
     LENGTH,
     MM_PER_M,
-    Form,
+    TextForm,
     commented,
     floored,
     told,
@@ -22,7 +22,7 @@ _SLOW = 10  # percent, chosen: joint moves by hand
 _LEVEL = 1e-7  # rad, chosen: B nearer to +-90 deg leaves only the sum or difference of A and C
 
 
-def source(blocks: Blocks, form: Form, branch: int) -> str:
+def source(blocks: Blocks, form: TextForm, branch: int) -> str:
     """Write a source file with one program."""
     angles = euler_angles(blocks.turns)
     start = (

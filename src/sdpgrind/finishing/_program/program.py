@@ -17,8 +17,15 @@ from sdpgrind.base.stored import encode
 from sdpgrind.finishing._program import krl, rapid, urscript
 from sdpgrind.finishing._program.blocks import Blocks, blocks_of, joined
 from sdpgrind.finishing._program.compare import MotionCheck
-from sdpgrind.finishing._program.course import Frames, PlannedMotion, contacts, frames_of, lifted, runs_of
-from sdpgrind.finishing._program.form import Form
+from sdpgrind.finishing._program.course import (
+    PlannedMotion,
+    RobotFrames,
+    contacts,
+    frames_of,
+    lifted,
+    runs_of,
+)
+from sdpgrind.finishing._program.form import TextForm
 from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing._program.table import table
 from sdpgrind.finishing._program.turns import turns_of
@@ -58,11 +65,18 @@ class MotionProgram(Program):
 
     @property
     def ending(self) -> str:
-        """Ending of its file: ".script", ".mod", ".src" or ".csv"."""
+        """Ending of its file: ".script" (m, rad), ".mod" (mm), ".src" (mm, deg) or ".csv" (s, rad, mm)."""
         return ENDINGS[self.target]
 
     def check(self) -> MotionCheck:
-        """Read the text back and follow it, corners as circles: deviations from the motion, mm, rad, mm/s."""
+        """Read the text back and follow it, corners as circles.
+
+        Returns
+        -------
+        MotionCheck
+            `deviation`: greatest distance of the contact from the plan, or of a turn of the tool times the
+            lever arm, mm; `angle_deviation`, rad; `feed_excess`: greatest feed beyond the planned one, mm/s.
+        """
         return read_text(self.text).check(self.motion)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -168,14 +182,14 @@ def _lines(motion: PlannedMotion, target: str, head: list[str], name: str, devia
         raise checks.refuse("deviation", f"{rule}, and these are {len(blocks.feeds)}", deviation, "mm")
     start = lifted(motion, motion.joints[0])
     more = {"urscript": urscript.head(False), "rapid": rapid.head(), "krl": krl.head()}[target]
-    form = Form(name, [*head, *more], frames, start, problem.acceleration)
+    form = TextForm(name, [*head, *more], frames, start, problem.acceleration)
     if target == "urscript":
         return urscript.script(blocks, form)
     write = rapid.module if target == "rapid" else krl.source
     return write(blocks, form, motion.posture.branch)
 
 
-def _exact(motion: PlannedMotion, frames: Frames, joints: Floats) -> Blocks:
+def _exact(motion: PlannedMotion, frames: RobotFrames, joints: Floats) -> Blocks:
     """Exact move to the contact at joints (1, n), at the feed of the problem."""
     pose = contacts(motion, frames, joints)
     feed = np.array([motion.problem.feed_rate])
@@ -202,5 +216,7 @@ def _stream(motion: PlannedMotion, head: list[str], name: str) -> str:
     """Joints every 8 ms, the last step shorter."""
     end = float(motion.time[-1])
     time = np.append(np.arange(0.0, end - 1e-6, urscript.PERIOD), end)
-    form = Form(name, [*head, *urscript.head(True)], frames_of(motion), lifted(motion, motion.joints[0]), 0.0)
+    form = TextForm(
+        name, [*head, *urscript.head(True)], frames_of(motion), lifted(motion, motion.joints[0]), 0.0
+    )
     return urscript.stream(time, motion.at(time).joints, form, lifted(motion, motion.joints[-1]))

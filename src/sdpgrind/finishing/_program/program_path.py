@@ -72,7 +72,8 @@ class ProgramPath(ByValue):
         Returns
         -------
         MotionCheck
-            Greatest deviations, mm and rad, and feeds beyond those planned, mm/s.
+            `deviation`: greatest distance of the contact from the plan, or of a turn of the tool times the
+            lever arm, mm; `angle_deviation`, rad; `feed_excess`: greatest feed beyond the planned one, mm/s.
 
         Raises
         ------

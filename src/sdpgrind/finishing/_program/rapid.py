@@ -6,14 +6,14 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.blocks import Blocks
-from sdpgrind.finishing._program.form import DEGREES, LENGTH, Form, commented, floored, told, vectors_of
+from sdpgrind.finishing._program.form import DEGREES, LENGTH, TextForm, commented, floored, told, vectors_of
 
 _TURNS = 8  # derived: decimals of a quaternion, the digits of single precision
 _SLOW = "v50"  # mm/s, source: RAPID, predefined speeddata for moves by hand
 _NONE = "[9E9,9E9,9E9,9E9,9E9,9E9]"  # source: RAPID, no external axes
 
 
-def module(blocks: Blocks, form: Form, branch: int) -> str:
+def module(blocks: Blocks, form: TextForm, branch: int) -> str:
     """Write a module with one procedure."""
     tool, work = f"t_{form.name}", f"w_{form.name}"
     after = f"{tool}\\WObj:={work};"

@@ -22,7 +22,7 @@ _FORMS = (
     ("line", re.compile(r"LIN \{(.*)\}( C_DIS)?")),
     ("end", re.compile(r"END")),
 )
-_METRE = 1000.0  # mm
+_METRE = 1000.0  # mm, derived
 LONGEST = 140  # characters, source: KUKA System Software, editor of programs
 
 

@@ -25,7 +25,7 @@ _FORMS = {
     "end": re.compile(r"end"),
     "call": re.compile(r"([A-Za-z]\w*)\(\)"),
 }
-_METRE = 1000.0  # mm
+_METRE = 1000.0  # mm, derived
 
 
 def read_urscript(text: str) -> ProgramPath:

@@ -11,7 +11,7 @@ from sdpgrind.finishing._program.form import (
     LENGTH,
     MM_PER_M,
     SLOW,
-    Form,
+    TextForm,
     commented,
     floored,
     told,
@@ -24,7 +24,7 @@ PERIOD = 0.008  # s, source: URScript manual, period of servoj of CB series
 _SLOWING = 2.0  # rad/s^2, chosen: a stream that ends at rest needs none
 
 
-def script(blocks: Blocks, form: Form) -> str:
+def script(blocks: Blocks, form: TextForm) -> str:
     """Write straight moves."""
     work = _pose(*vectors_of(form.frames.work))
     a, lines = form.acceleration / MM_PER_M, [_joint_move(form.start)]
@@ -38,7 +38,7 @@ def script(blocks: Blocks, form: Form) -> str:
     return _whole(form, [*head, *lines, f"stopl({a:.4f})"])
 
 
-def stream(time: Floats, joints: Floats, form: Form, end: Floats) -> str:
+def stream(time: Floats, joints: Floats, form: TextForm, end: Floats) -> str:
     """Write joints for every 8 ms, from the first, to which a joint move leads."""
     steps = (
         f"servoj([{told(row, ANGLE)}], t={step:.6f})"
@@ -48,7 +48,7 @@ def stream(time: Floats, joints: Floats, form: Form, end: Floats) -> str:
     return _whole(form, [*moves, *steps, f"stopj({_SLOWING})", _joint_move(end), f"stopj({_SLOWING})"])
 
 
-def _whole(form: Form, lines: Iterable[str]) -> str:
+def _whole(form: TextForm, lines: Iterable[str]) -> str:
     body = [f"def {form.name}():", *(f"  {line}" for line in lines), "end", f"{form.name}()"]
     return "\n".join([*commented(form.head, "#"), *body]) + "\n"
 
