@@ -143,7 +143,9 @@ THEMES = {
         "_problem", "processes", "_identify", "_trace", "_path", "_curve", "_doubts", "gains", "_adaptation", "_robust", "_control",
         "_plant",
     ),
-    "sdpgrind.finishing": ("study", "surface", "path", "arm", "timing", "torque", "roughness", "_problem", "_doubts", "_plant"),
+    "sdpgrind.finishing": (
+        "study", "surface", "path", "arm", "timing", "torque", "roughness", "_program", "_problem", "_doubts", "_plant",
+    ),
     "centering": (
         "_problem", "circle", "roundness", "monitoring", "setup", "push", "friction", "cycle", "_identify", "_doubts", "_plant",
     ),
@@ -349,7 +351,7 @@ AT_MOST = {
     "sdpgrind.weldbead": 25,
     "sdpgrind.plunge": 25,
     "sdpgrind.locus": 26,
-    "sdpgrind.finishing": 30,  # five of them for robots
+    "sdpgrind.finishing": 33,  # five of them for robots, three for programs
     "centering": 35,
 }
 

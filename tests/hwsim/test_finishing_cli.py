@@ -408,3 +408,87 @@ def test_a_study_from_the_command_line(study_job, studied, tmp_path, capsys):
     assert said(capsys, *arguments, "--no-pictures") == out.replace(", study.png, confirm.png", "")
     line = refused(capsys, *arguments[:4], "--rng", 4, "--out", tmp_path)
     assert line.endswith("was begun with another rng")
+
+
+ROBOT = """
+method = "trapezoid"
+[surface]
+shape = "nominal"
+[path]
+pattern = "hilbert"
+order = 1
+[robot]
+{robot}
+tool_length = "150 mm"
+[tool]
+placement = [650, -25, 100]
+[program]
+deviation = "50 um"
+name = "face1"
+"""
+
+
+@pytest.mark.parametrize(
+    ("target", "file"), [("urscript", "face1.script"), ("rapid", "face1.mod"), ("krl", "face1.src"), ("csv", "face1.csv")]
+)  # fmt: skip
+def test_a_job_with_a_robot_becomes_a_program(target, file, capsys, tmp_path):
+    job = tmp_path / "job.toml"
+    job.write_text(ROBOT.format(robot='preset = "ur10"'))
+    folder = tmp_path / "out"
+    told = said(capsys, job, "--program", target, "--out", folder)
+    motion = sdpgrind.load(folder / "motion.nc")
+    found = finishing.read_program(folder / file).check(motion)
+    assert f"read back: {found.deviation:.4f} mm" in told and found.deviation <= 0.05
+    assert sorted(path.name for path in folder.iterdir()) == sorted([file, "motion.nc"])
+    again = said(
+        capsys, job, "--program", target, "--motion", folder / "motion.nc", "--out", tmp_path / "again"
+    )
+    assert (tmp_path / "again" / file).read_bytes() == (folder / file).read_bytes() and file in again
+
+
+def test_a_job_with_a_urdf_file_beside_it(tmp_path):
+    joint = (
+        '<joint name="{name}" type="revolute"><parent link="{name}a"/><child link="{child}"/><origin xyz="{xyz}"/>'
+        '<axis xyz="{axis}"/><limit lower="-3" upper="3" velocity="3"/></joint>'
+    )
+    rows = [("0 0 0.5", "0 0 1"), ("0.1 0 0.1", "0 1 0"), ("0 0 0.7", "0 1 0"), ("0.2 0 0.1", "1 0 0"), ("0.5 0 0", "0 1 0"),
+            ("0.1 0 0", "1 0 0")]  # fmt: skip
+    links = [f"j{k}a" for k in range(6)] + ["tool0"]
+    text = "".join(f'<link name="{name}"/>' for name in links)
+    for k, (xyz, axis) in enumerate(rows):
+        text += joint.format(name=f"j{k}", child=links[k + 1], xyz=xyz, axis=axis)
+    (tmp_path / "cell.urdf").write_text(f'<robot name="cell">{text}</robot>')
+    job = tmp_path / "job.toml"
+    ends = 'urdf = "cell.urdf"\nbase = "j0a"\ntip = "tool0"\nacceleration_max = 10.0\ntool_axis = "x"'
+    job.write_text(ROBOT.format(robot=ends))
+    made = read(job)
+    assert made.problem.robot.acceleration_max == (10.0,) * 6 and made.program["name"] == "face1"
+    assert made.problem.robot.forward([0.0] * 6)[:3, 3] == pytest.approx([900.0 + 150.0, 0.0, 1400.0])
+
+
+@pytest.mark.parametrize(
+    ("robot", "told"),
+    [
+        ('preset = "ur11"', "robot.preset must be one of generic, ur10, irb2400"),
+        ('preset = "ur10"\nurdf = "a"', r"\[robot\] must have a preset \(generic, ur10, irb2400\) or a urdf"),
+        ('preset = "generic"', "robot.tool_length must be left out for a robot without a flange"),
+    ],
+)
+def test_refused_robots_of_a_job(robot, told, tmp_path):
+    job = tmp_path / "job.toml"
+    job.write_text(ROBOT.format(robot=robot))
+    with pytest.raises(ValueError, match=told):
+        read(job)
+
+
+def test_what_a_program_is_refused_with(capsys, job, tmp_path):
+    assert (
+        refused(capsys, job, "--program", "csv")
+        == "--out must be given with --program, the folder of its files"
+    )
+    line = refused(capsys, job, "--program", "csv", "--parts", 3, "--out", tmp_path)
+    assert line == "--parts must be left out with --program, which finishes none; got 3"
+    line = refused(capsys, job, "--program", "csv", "--study", "--out", tmp_path)
+    assert line == "--program must be left out with --study; got csv"
+    line = refused(capsys, job, "--program", "krl", "--out", tmp_path)
+    assert line.startswith("robot must be a SerialRobot") and not list(tmp_path.glob("*.src"))

@@ -36,6 +36,8 @@ def add_to(subparsers: Any, area: AreaCommand) -> None:
         parser.add_argument(switch, action="store_true", help=meaning)
     for count, meaning in area.counts.items():
         parser.add_argument(count, type=int, metavar="N", help=meaning)
+    for choice, (meaning, *words) in area.choices.items():
+        parser.add_argument(choice, choices=words, help=meaning)
     for file, (meaning, *_) in area.files.items():
         parser.add_argument(file, type=Path, metavar="FILE", help=meaning)
     parser.add_argument(
@@ -76,6 +78,8 @@ def _foretold(area: AreaCommand, arguments: argparse.Namespace) -> Outlook:
     """Say what will be done and how long it takes; wrong arguments are told later, alone."""
     parts = PARTS if arguments.parts is None else max(arguments.parts, 0)
     outlook = Outlook.of(area.name, arguments, parts, f"{area.plan_word}.nc")
+    if any(getattr(arguments, _key(name)) is not None for name in area.choices):
+        parts = 0  # none is run
     given = [each for each in (arguments.problem, arguments.preset, arguments.plan) if each is not None]
     there = arguments.problem is None or arguments.problem.exists()
     if outlook is not None and given and there:

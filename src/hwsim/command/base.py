@@ -66,6 +66,7 @@ class AreaCommand(ABC):
     tolerance: ClassVar[str] = ""  # help of --tolerance; "": no such option
     switches: ClassVar[Mapping[str, str]] = {}  # own switches and their help
     counts: ClassVar[Mapping[str, str]] = {}  # own options of whole numbers >= 1 and their help
+    choices: ClassVar[Mapping[str, tuple[str, ...]]] = {}  # own options of one word: help, then the words
     files: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Files that methods of the plan write, named as the options: help, then the endings."""
 

@@ -3,7 +3,7 @@
 import os
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from sdpgrind.base.whole_files import whole_file
 
@@ -25,6 +25,15 @@ class ProgramCheck(NamedTuple):
     time: float
 
 
+class Checked(Protocol):
+    """What the check of a program finds, at least."""
+
+    @property
+    def deviation(self) -> float:
+        """Greatest distance from the plan, mm."""
+        ...
+
+
 @dataclass(frozen=True, repr=False)
 class Program(ABC):
     """Program of a control; immutable.
@@ -41,8 +50,8 @@ class Program(ABC):
     deviation: float
 
     @abstractmethod
-    def check(self) -> ProgramCheck:
-        """Read the text back and follow it: greatest distance from the plan (mm), and time of the end (s)."""
+    def check(self) -> Checked:
+        """Read the text back and follow it: greatest distance from the plan, mm."""
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Check the program and write it at `path`, complete or not at all.
@@ -57,14 +66,20 @@ class Program(ABC):
         ValueError
             If the text read back is farther from the plan than stated, mm.
         """
-        found = self.check().deviation
-        if found > self.deviation * (1 + _ROUNDING):
-            raise ValueError(
-                f"text must stay within the stated {self.deviation:g} of the plan (mm); read back, it is"
-                f" {found:.4g} away, and nothing is written"
-            )
+        fault = self._fault(self.check())
+        if fault:
+            raise ValueError(f"{fault}, and nothing is written")
         with whole_file(path) as temporary:
             temporary.write_bytes(self.text.encode("ascii"))
+
+    def _fault(self, found: Any) -> str:
+        """Return what is wrong in the text read back; "": nothing."""
+        if found.deviation <= self.deviation * (1 + _ROUNDING):
+            return ""
+        return (
+            f"text must stay within the stated {self.deviation:g} of the plan (mm); read back, it is"
+            f" {found.deviation:.4g} away"
+        )
 
     def __repr__(self) -> str:
         lines = self.text.count("\n")

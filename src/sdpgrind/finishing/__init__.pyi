@@ -15,6 +15,9 @@ from ._problem.presets import PresetInfo as PresetInfo
 from ._problem.presets import preset as preset
 from ._problem.presets import presets as presets
 from ._problem.problem import FinishingProblem as FinishingProblem
+from ._program.program import MotionProgram as MotionProgram
+from ._program.program_path import ProgramPath as ProgramPath
+from ._program.read_program import read_program as read_program
 from .arm._arm import Arm as Arm
 from .arm._mount import tool as tool
 from .arm._robot import Robot as Robot

@@ -26,6 +26,8 @@ differs from part to part; with --nominal it does not (not with a problem.toml).
 With --study nothing is repeated, but varied: tool, path, feed and force by an orthogonal array L18, one run
 each; the analysis, --confirm runs at the best settings, and what the remaining scatter costs who has to
 decide when to stop.
+With --program nothing is finished: the motion is planned and written as a program of the robot's controller
+into the folder of --out, after it was read back and compared with the plan.
 With --out the motion, the log, the journal and pictures are kept in a folder. Killed? The same command goes
 on after the last finished part, with the results that it would have had; a finished run is reported again.
 """
@@ -36,6 +38,9 @@ on after the last finished part, with the results that it would have had; a fini
     switches: ClassVar[Mapping[str, str]] = {
         "--nominal": "every part is as believed (not with a problem.toml)",
         "--study": "vary tool, path, feed and force by an L18, analyse, confirm",
+    }
+    choices: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "--program": ("write the motion as a program into --out", "urscript", "rapid", "krl", "csv")
     }
     counts: ClassVar[Mapping[str, str]] = {"--confirm": "with --study: number of runs that confirm it (3)"}
 
@@ -58,12 +63,46 @@ on after the last finished part, with the results that it would have had; a fini
         return finishing.plan(job.problem, method=job.method, progress=progress)
 
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
-        """Run the designed experiment with --study."""
-        if not arguments.study:
-            if arguments.confirm is not None:
-                raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
-            return None
-        return studied(title, job, arguments)
+        """Run the designed experiment with --study, write a program with --program."""
+        if arguments.study:
+            if arguments.program is not None:
+                raise ValueError(f"--program must be left out with --study; got {arguments.program}")
+            return studied(title, job, arguments)
+        if arguments.confirm is not None:
+            raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
+        return None if arguments.program is None else programmed(self, title, job, arguments)
+
+
+def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namespace) -> str:
+    """Plan or load the motion, write it and its program, and return what the program keeps."""
+    import sdpgrind
+
+    if arguments.parts is not None:
+        raise ValueError(
+            f"--parts must be left out with --program, which finishes none; got {arguments.parts}"
+        )
+    folder = arguments.out
+    if folder is None:
+        raise ValueError("--out must be given with --program, the folder of its files")
+    refuse_file(folder)
+    if arguments.plan is None:
+        announce("planning")
+        motion = area.plan(job, arguments, arguments.plan_progress)
+    else:
+        motion = sdpgrind.load(arguments.plan)
+    program = motion.program(arguments.program, **job.program)
+    found = program.check()
+    folder.mkdir(parents=True, exist_ok=True)
+    file = f"{program.name}{program.ending}"
+    program.save(folder / file)
+    motion.save(folder / "motion.nc")
+    text = (
+        f"{title}: {motion!r}\n"
+        f"program: {program!r}\n"
+        f"read back: {found.deviation:.4f} mm and {found.angle_deviation:.2g} rad from the plan\n"
+        "not run on a controller: try it slowly, above the work"
+    )
+    return with_kept(text, folder, ["motion.nc", file])
 
 
 def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:

@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hwsim._study.study import UNITS
+from hwsim.command._finishing.robot_toml import robot_of
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.command.base import StandJob
@@ -28,10 +30,11 @@ _METHODS = ("trapezoid", "toppra", "min_time")
 
 @dataclass(frozen=True)
 class Job(StandJob[FinishingCell]):
-    """A cell, method of its motion, settings of its controller, and options of a study."""
+    """A cell, method of its motion, settings of its controller, and options of a study and a program."""
 
     method: str = "trapezoid"
     study: Mapping[str, Any] = field(default_factory=dict)
+    program: Mapping[str, Any] = field(default_factory=dict)
 
     def controller(self, plan: finishing.Motion) -> finishing.TorqueController:
         """Controller of every part."""
@@ -50,14 +53,15 @@ def scattered(problem: finishing.FinishingProblem, *, nominal: bool) -> Job:
 
 def read(path: Path) -> Job:
     """Read the job in the file at `path`; ValueError names the file and the key."""
-    return read_toml(path, _job)
+    return read_toml(path, partial(_job, folder=path.parent))
 
 
-def _job(file: Table) -> Job:
+def _job(file: Table, folder: Path) -> Job:
     surface = _surface(file.table("surface"))
     path = _path(surface, file.table("path"))
     tool = file.maybe("tool")
-    problem = _problem(path, tool)
+    robot = robot_of(file.table("robot"), folder) if file.has("robot") else None
+    problem = _problem(path, tool, robot)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
     controller = file.maybe("controller")
     settings = _settings(controller)
@@ -65,7 +69,8 @@ def _job(file: Table) -> Job:
     axis = _axis(problem, file.maybe("axis"))
     controller.made(_check_force, problem, axis, force)
     cell = _cell(problem, {"axis": axis, "target_force": force}, file.maybe("cell"))
-    return Job(cell, settings, method, _study(file.maybe("study")))
+    study, program = _study(file.maybe("study")), _program(file.maybe("program"))
+    return Job(cell, settings, method, study, program)
 
 
 def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis, force: float) -> None:
@@ -113,11 +118,15 @@ def _path(surface: finishing.Surface, table: Table) -> finishing.Path:
     return path
 
 
-def _problem(path: finishing.Path, table: Table) -> finishing.FinishingProblem:
+def _problem(path: finishing.Path, table: Table, robot: finishing.Robot | None) -> finishing.FinishingProblem:
     options = table.values(finishing.FinishingProblem, skip=("path", "model", "robot"))
     units = units_of(finishing.FinishingProblem)
     radius = table.given({"wrist_radius": units_of(finishing.Arm)["wrist_radius"]})
-    if radius:
+    if robot is not None:
+        if radius:
+            raise ValueError("tool.wrist_radius must be left out with a table [robot]; got both")
+        options["robot"] = robot
+    elif radius:
         options["robot"] = table.made(finishing.Arm.generic().replace, **radius)
     if table.has("pushed"):
         options["pushed"] = table.flag("pushed")
@@ -125,6 +134,16 @@ def _problem(path: finishing.Path, table: Table) -> finishing.FinishingProblem:
         options["placement"] = tuple(table.list_of("placement", units["placement"]))
     table.done()
     return table.made(finishing.FinishingProblem, path, **options)
+
+
+def _program(table: Table) -> dict[str, Any]:
+    """Options of a program, all optional."""
+    options: dict[str, Any] = {**table.given({"deviation": units_of(finishing.Path)["deviation"]})}
+    options |= {key: table.take(key) for key in ("name", "date") if table.has(key)}
+    if table.has("timing"):
+        options["timing"] = table.flag("timing")
+    table.done()
+    return options
 
 
 def _axis(problem: finishing.FinishingProblem, table: Table) -> finishing.TorqueAxis:

@@ -19,6 +19,7 @@ from sdpgrind.base.sheets.blocks import AmountTable, figures
 from sdpgrind.base.warned import warn
 from sdpgrind.finishing._problem.placed import turned
 from sdpgrind.finishing._problem.problem import FinishingProblem, check_pressed
+from sdpgrind.finishing._program.program import MotionProgram, program_of
 from sdpgrind.finishing.arm._heading import pitch_cosine
 from sdpgrind.finishing.arm._robot import Singularity
 from sdpgrind.finishing.timing._violations import Violation
@@ -267,6 +268,60 @@ class Motion(Plan):
             else ""
         )
         return f"{kept}, the nearest is the {worst}" if kept else f"exceeded is the {worst}"
+
+    def program(
+        self,
+        target: str,
+        *,
+        deviation: float = 0.02,
+        name: str = "finishing",
+        timing: bool = False,
+        date: str | None = None,
+    ) -> MotionProgram:
+        """Return the motion as a program of a robot's controller: URScript, RAPID, KRL, or a table.
+
+        Straight moves of the contact with blends, as few as the deviation allows; they start and end 20 mm
+        off the work. Feeds are the planned means of the moves; the controller's own law of time applies.
+        Times are kept by ``"csv"``, joints at the rows of the motion, and by ``"urscript"`` with `timing`,
+        joints every 8 ms. No program has been run on a controller; its blends differ from circles.
+
+        Parameters
+        ----------
+        target : {"urscript", "rapid", "krl", "csv"}
+            Language of the controller. All but "csv" need a `SerialRobot`.
+        deviation : float
+            Greatest distance of the contact from the plan, and of a turn of the tool times the lever arm,
+            mm; half for chords, half for blends.
+        name : str
+            Name of the program, in letters, digits and _; at most 24 in KRL, 30 in RAPID.
+        timing : bool
+            Whether URScript keeps the times.
+        date : str, optional
+            Date for the head of the program. Default: none, so that equal motions have equal programs.
+
+        Returns
+        -------
+        MotionProgram
+            Program with `text`, `check()` and `save(path)`.
+
+        Raises
+        ------
+        ValueError
+            When there is no such target, the deviation (mm) or the name is not allowed, the robot has no
+            known flange, or cannot be lifted off the work.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing
+        >>> robot = finishing.robot("ur10").replace(tool=finishing.tool(length=150.0))
+        >>> path = finishing.hilbert(finishing.preset("nominal").surface, 2)
+        >>> place = (650.0, -25.0, 100.0)  # mm
+        >>> motion = finishing.plan(finishing.FinishingProblem(path, robot=robot, placement=place))
+        >>> program = motion.program("urscript", name="face1")
+        >>> program.text.splitlines()[-4].strip()[:26], program.check().deviation <= 0.02
+        ('movel(pose_trans(work, p[0', True)
+        """
+        return program_of(self, target, deviation, name, timing, date)
 
     def plot(self) -> Any:
         """Draw the feed (mm/s) along the path and the joints' shares of their limits over time (s)."""

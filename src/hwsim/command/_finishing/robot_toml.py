@@ -1,0 +1,43 @@
+"""The robot of a finishing job: a preset or a URDF file, and the tool in its flange."""
+
+from pathlib import Path
+from typing import Any
+
+from hwsim.command._toml import Table
+from sdpgrind import finishing
+
+
+def robot_of(table: Table, folder: Path) -> finishing.Robot:
+    """Return the robot of a table; `folder` is that of the job, from which the path of a URDF file counts."""
+    names = tuple(info.name for info in finishing.robots())
+    if table.has("preset") == table.has("urdf"):
+        raise ValueError(f"[{table.name}] must have a preset ({', '.join(names)}) or a urdf, one of them")
+    preset = table.text("preset", names) if table.has("preset") else None
+    robot = _of_urdf(table, folder) if preset is None else finishing.robot(preset)
+    tool = _tool(table)
+    table.done()
+    if tool is None:
+        return robot
+    if not isinstance(robot, finishing.SerialRobot):
+        raise ValueError(f"{table.path('tool_length')} must be left out for a robot without a flange")
+    return table.made(robot.replace, tool=tool)
+
+
+def _of_urdf(table: Table, folder: Path) -> finishing.SerialRobot:
+    """A robot of a URDF file, with the limits that such a file does not have."""
+    ends = {key: table.take(key) for key in ("base", "tip")}
+    limits = {"acceleration_max": table.number("acceleration_max", "rad/s^2")}
+    limits |= table.given({"jerk_max": "rad/s^3"})
+    path = folder / str(table.take("urdf"))
+    return table.made(finishing.SerialRobot.from_urdf, path, **ends, **limits)
+
+
+def _tool(table: Table) -> Any:
+    """Frame of the tool in the flange, or None."""
+    if not table.has("tool_length"):
+        return None
+    length, options = table.number("tool_length", "mm"), table.given({"tool_tilt": "rad"})
+    tilt: dict[str, Any] = {"tilt": options["tool_tilt"]} if options else {}
+    if table.has("tool_axis"):
+        tilt["axis"] = table.text("tool_axis", ("z", "x"))
+    return table.made(finishing.tool, length, **tilt)

@@ -1,0 +1,133 @@
+"""Comparison of a program with its motion: places, turns of the tool, feeds."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._program.configuration import check_configuration
+from sdpgrind.finishing._program.course import PlannedMotion, frames_of
+from sdpgrind.finishing._program.follow import PLACES, FollowedPath, followed
+from sdpgrind.finishing._program.matching_kernels import match
+from sdpgrind.finishing._program.turns import angle_between, between, raised, shifted, turns_of
+
+_STEP = 0.03  # mm, chosen: other places than the writer's; a chord of it leaves an arc of 0.3 mm by 0.4 um
+
+
+class MotionCheck(NamedTuple):
+    """What a program does, read back from its text.
+
+    Attributes
+    ----------
+    deviation : float
+        Greatest distance of the contact from the planned path, or of a turn of the tool times the lever arm,
+        mm.
+    angle_deviation : float
+        Greatest turn of the tool from the planned one, rad.
+    feed_excess : float
+        Greatest feed of a move beyond the planned feed there, mm/s; <= 0: none. 0 where the program tells
+        times, which are compared.
+    """
+
+    deviation: float
+    angle_deviation: float
+    feed_excess: float
+
+
+class Planned(NamedTuple):
+    """Places (n, 3) of the contact in the base, mm, quaternions, feeds (mm/s), joints (n, j)."""
+
+    places: Floats
+    turns: Floats
+    feeds: Floats
+    joints: Floats
+
+
+def check_lines(path: Any, motion: PlannedMotion) -> MotionCheck:
+    """Compare straight moves with a motion, with lifts before and after it."""
+    problem, plan = motion.problem, _planned(motion)
+    if path.retract.size:
+        raise ValueError(f"text must end after its straight moves; got {len(path.retract)} of the joints")
+    there = followed(path, problem.robot, frames_of(motion).tool, problem.lever_arm)
+    count = len(plan.places)
+    segment, share, away = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count)
+    match(there.nodes, plan.places, segment, share, away)
+    told = between(there.turns[segment], there.turns[segment + 1], share)
+    angle = float(angle_between(told, plan.turns).max())
+    end = float(np.linalg.norm(there.nodes[-1] - plan.places[-1]))
+    passed = _passed(there, plan.places, segment, share)
+    check_configuration(path, plan.joints, there.blocks[segment], motion.posture.branch)
+    return MotionCheck(
+        max(float(away.max()), end, passed, angle * problem.lever_arm),
+        angle,
+        _excess(path.feeds, plan.feeds, there.blocks[segment]),
+    )
+
+
+def _planned(motion: PlannedMotion) -> Planned:
+    """Motion at places at most `_STEP` apart, lifted off before and after."""
+    time, length = motion.profile[:, 0], motion.at(motion.profile[:, 0]).length
+    parts = np.maximum(np.ceil(np.diff(length) / _STEP), 1.0)
+    where = np.interp(np.arange(parts.sum() + 1), np.append(0.0, np.cumsum(parts)), time)
+    state, problem = motion.at(where), motion.problem
+    poses = problem.robot.forward(state.joints)
+    ends = [raised(pose, problem.contact_angle, pushed=problem.pushed) for pose in poses[[0, -1]]]
+    tips = np.concatenate([[ends[0]], poses, [ends[1]]]) @ shifted(problem.lever_arm)
+    feeds = np.concatenate([[problem.feed_rate], state.feed_rate, [problem.feed_rate]])
+    joints = np.concatenate([state.joints[:1], state.joints, state.joints[-1:]])
+    return Planned(np.ascontiguousarray(tips[:, :3, 3]), turns_of(tips), feeds, joints)
+
+
+def _passed(there: FollowedPath, places: Floats, segment: Any, share: Floats) -> float:
+    """Greatest distance of the path's nodes from the planned line between the places that surround them."""
+    reached = segment + share
+    node = np.arange(len(there.nodes))
+    after = np.clip(np.searchsorted(reached, node), 1, len(places) - 1)
+    a, b = places[after - 1], places[after]
+    along = b - a
+    square = np.maximum(np.sum(along**2, axis=1), 1e-300)
+    u = np.clip(np.sum((there.nodes - a) * along, axis=1) / square, 0.0, 1.0)
+    return float(np.linalg.norm(there.nodes - a - u[:, None] * along, axis=1).max())
+
+
+def _excess(feeds: Floats, planned: Floats, block: Any) -> float:
+    """Greatest feed of a move beyond the greatest planned one along it."""
+    most = np.zeros(len(feeds))
+    near = np.maximum(planned, np.maximum(np.roll(planned, 1), np.roll(planned, -1)))
+    np.maximum.at(most, block, near)
+    told = most > 0.0  # a move shorter than the step of the places may have none
+    return float((feeds - most)[told].max())
+
+
+def check_table(path: Any, motion: PlannedMotion) -> MotionCheck:
+    """Compare joints over time, straight between their rows, with a motion at the same times."""
+    robot, lever = motion.problem.robot, motion.problem.lever_arm
+    if path.joints.shape[1] != len(robot.names):
+        raise ValueError(f"text must have {len(robot.names)} joints a row; got {path.joints.shape[1]}")
+    share = np.arange(PLACES) / PLACES
+    inner = (path.time[:-1, None] + share * np.diff(path.time)[:, None]).ravel()
+    time = np.union1d(np.append(inner, path.time[-1]), motion.time)
+    told = np.stack([np.interp(time, path.time, column) for column in path.joints.T], axis=1)
+    planned = motion.at(np.clip(time, 0.0, motion.time[-1])).joints
+    here, wanted = robot.forward_work(told), robot.forward_work(planned)
+    if path.target != "csv":
+        lifts = _lifts(path, motion)
+        here, wanted = np.concatenate([here, lifts[0]]), np.concatenate([wanted, lifts[1]])
+    here, wanted = here @ shifted(lever), wanted @ shifted(lever)
+    off = np.linalg.norm(here[:, :3, 3] - wanted[:, :3, 3], axis=1)
+    angle = float(angle_between(turns_of(here), turns_of(wanted)).max())
+    return MotionCheck(max(float(off.max()), lever * angle), angle, 0.0)
+
+
+def _lifts(path: Any, motion: PlannedMotion) -> tuple[Floats, Floats]:
+    """Poses of the joint moves around a stream, and those that lead off the work."""
+    if (len(path.approach), len(path.retract)) != (2, 1):
+        raise ValueError(
+            "text must have two moves of the joints before the stream and one after it;"
+            f" got {len(path.approach)} and {len(path.retract)}"
+        )
+    problem = motion.problem
+    ends = problem.robot.forward(motion.profile[[0, -1], 1:])
+    above = [raised(pose, problem.contact_angle, pushed=problem.pushed) for pose in ends]
+    told = problem.robot.forward(np.array([path.approach[0], path.retract[0]]))
+    return told, np.array(above)

@@ -1,0 +1,59 @@
+"""What every writer is handed: name, frames, joints of the start, head; and numbers of fixed decimals."""
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._program.course import RobotFrames
+
+MM_PER_M = 1000.0  # derived
+LENGTH, ANGLE = 4, 7  # derived: decimals of mm and rad; at 1.4 m reach 5 decimals of rad give 7 um a joint
+DEGREES = 6  # derived: decimals of degrees for 1e-7 rad
+SLOW = 0.25  # rad/s, chosen: joint moves to the start, at the pace of a robot in hand
+
+
+class TextForm(NamedTuple):
+    """Name of the program, lines of its head, frames, joints (rad) above the start, acceleration (mm/s^2)."""
+
+    name: str
+    head: list[str]
+    frames: RobotFrames
+    start: Floats
+    acceleration: float
+
+
+def told(values: Iterable[float], decimals: int) -> str:
+    """Return numbers of fixed decimals, parted by commas; no minus before 0."""
+    return ", ".join(f"{value + 0.0:.{decimals}f}" for value in np.round(np.asarray(values), decimals))
+
+
+def floored(value: float, decimals: int) -> str:
+    """Return a number that is rounded down, for feeds and blends."""
+    scale = 10.0**decimals
+    return f"{np.floor(value * scale) / scale:.{decimals}f}"
+
+
+def turn_vectors(turns: Floats) -> Floats:
+    """Return rotation vectors (k, 3), rad, each of the two of a turn that continues from the one before."""
+    found: Floats = Rotation.from_quat(turns).as_rotvec()
+    for k in range(1, len(found)):
+        size = float(np.linalg.norm(found[k]))
+        other = found[k] * (1.0 - 2.0 * np.pi / size) if size > 0.0 else found[k]
+        if np.linalg.norm(other - found[k - 1]) < np.linalg.norm(found[k] - found[k - 1]):
+            found[k] = other
+    return found
+
+
+def vectors_of(pose: Floats) -> tuple[Floats, Floats]:
+    """Return position (3,), mm, and quaternion (4,), x y z w, of a rigid motion."""
+    turn: Floats = Rotation.from_matrix(pose[:3, :3]).as_quat()
+    return pose[:3, 3], turn
+
+
+def commented(lines: Iterable[str], mark: str) -> Iterator[str]:
+    """Yield lines of a comment."""
+    for line in lines:
+        yield f"{mark} {line}"

@@ -1,0 +1,222 @@
+"""A motion as a program of a robot's controller."""
+
+import hashlib
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.programs import Program
+from sdpgrind.base.quantities import another_unit
+from sdpgrind.base.stored import encode
+from sdpgrind.finishing._program import krl, rapid, urscript
+from sdpgrind.finishing._program.blocks import Blocks, blocks_of, joined
+from sdpgrind.finishing._program.compare import MotionCheck
+from sdpgrind.finishing._program.course import (
+    PlannedMotion,
+    RobotFrames,
+    contacts,
+    frames_of,
+    lifted,
+    runs_of,
+)
+from sdpgrind.finishing._program.form import TextForm
+from sdpgrind.finishing._program.read_program import read_text
+from sdpgrind.finishing._program.table import table
+from sdpgrind.finishing._program.turns import turns_of
+from sdpgrind.finishing.arm._serial import SerialRobot
+
+TARGETS = ("urscript", "rapid", "krl", "csv")
+ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv"}
+_USUAL, _TYPICAL = (0.002, 5.0), 0.02  # mm, chosen: rounding of the numbers to what no finishing needs
+# source: KRL 24 characters; RAPID 32, two of them for p_, t_, w_; others: chosen
+_NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60}
+_POINTS = {"krl": 5000}  # source: specification, size of a KRL program that its editor takes
+_SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
+_RESERVED = frozenset({"def", "end", "module", "endmodule", "proc", "if", "while", "for", "return", "thread"})
+
+
+@dataclass(frozen=True, repr=False)
+class MotionProgram(Program):
+    """Program of a robot for a motion; immutable.
+
+    Attributes
+    ----------
+    text : str
+        The program, ASCII.
+    deviation : float
+        Greatest distance of the contact from the plan that the program states, mm.
+    target : {"urscript", "rapid", "krl", "csv"}
+        Language.
+    name : str
+        Name of the program.
+    motion : Motion
+        The plan, mm, s, rad.
+    """
+
+    target: str
+    name: str
+    motion: PlannedMotion
+
+    @property
+    def ending(self) -> str:
+        """Ending of its file: ".script" (m, rad), ".mod" (mm), ".src" (mm, deg) or ".csv" (s, rad, mm)."""
+        return ENDINGS[self.target]
+
+    def check(self) -> MotionCheck:
+        """Read the text back and follow it, corners as circles.
+
+        Returns
+        -------
+        MotionCheck
+            `deviation`: greatest distance of the contact from the plan, or of a turn of the tool times the
+            lever arm, mm; `angle_deviation`, rad; `feed_excess`: greatest feed beyond the planned one, mm/s.
+        """
+        return read_text(self.text).check(self.motion)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Check the program and write it at `path`, complete or not at all.
+
+        Parameters
+        ----------
+        path : str or path
+            File in an existing folder; that of a KRL program has its name.
+
+        Raises
+        ------
+        ValueError
+            If the text read back is farther from the plan than stated (mm) or faster (mm/s), or a KRL file
+            has another name than its program.
+        """
+        file = Path(checks.path("path", path))
+        if self.target == "krl" and file.stem.lower() != self.name.lower():
+            raise checks.refuse("path", f"named {self.name}.src, as the program in it", file.name)
+        super().save(file)
+
+    def _fault(self, found: MotionCheck) -> str:
+        if found.feed_excess > _SINGLE * self.motion.problem.feed_rate:
+            return (
+                f"text must not be faster than the plan (mm/s); read back, it is by {found.feed_excess:.4g}"
+            )
+        return super()._fault(found)
+
+
+def program_of(
+    motion: PlannedMotion, target: str, deviation: float, name: str, timing: bool, date: str | None
+) -> MotionProgram:
+    """Write a motion as a program after a check of the arguments, see `Motion.program`."""
+    checks.one_of("target", target, TARGETS)
+    allowed = _deviation(deviation)
+    _check_name(target, name)
+    if checks.kind("timing", timing, bool) and target not in ("urscript", "csv"):
+        raise ValueError(f"timing must be False for {target}, which keeps no times; take urscript or csv")
+    head = list(_head(motion, target, allowed, name, date))
+    if target == "csv":
+        return _table(motion, head, allowed, name)
+    _check_robot(motion, target)
+    text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
+    return MotionProgram(text, allowed, target, name, motion)
+
+
+def _deviation(value: float) -> float:
+    number = checks.positive("deviation", value, "mm")
+    if not _USUAL[0] <= number <= _USUAL[1]:
+        raise ValueError(another_unit("deviation", value, "mm", _USUAL, _TYPICAL))
+    return number
+
+
+def _check_name(target: str, name: str) -> None:
+    longest = _NAMES[target]
+    fits = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", checks.kind("name", name, str))
+    if not fits or len(name) > longest or name.lower() in _RESERVED:
+        rule = f"a letter, then letters, digits and _, at most {longest} in {target}, and no word of it"
+        raise checks.refuse("name", rule, name)
+
+
+def _check_robot(motion: PlannedMotion, target: str) -> None:
+    """Refuse robots whose flange is not known, and joints that the controller does not take."""
+    robot = motion.problem.robot
+    if not isinstance(robot, SerialRobot):
+        raise ValueError(
+            f"robot must be a SerialRobot, whose flange is known and whose work is at rest, for {target};"
+            f" got {checks.shown(robot)}; take csv"
+        )
+    turn = float(np.abs(motion.joints).max())
+    if target in ("urscript", "krl") and turn > 2 * np.pi:
+        raise checks.refuse(f"joints for {target}", "within a turn of 0", turn, "rad")
+
+
+def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date: str | None) -> Iterator[str]:
+    """Lines on plan, frames and deviation; ASCII."""
+    from sdpgrind import __version__
+
+    problem = motion.problem
+    if date is not None and not (checks.kind("date", date, str).isascii() and date.isprintable()):
+        raise checks.refuse("date", "a line of ASCII", date)
+    digest = hashlib.sha256(encode(problem).encode()).hexdigest()[:12]
+    yield f"{name}: {motion.length[-1]:.1f} mm of path in {motion.time[-1]:.3f} s" + (
+        f", {date}" if date else ""
+    )
+    yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {problem.feed_rate:g} mm/s"
+    yield f"deviation: contact within {deviation:g} mm of the plan; a turn of the tool counts"
+    yield f"times the lever arm of {problem.lever_arm:g} mm"
+    if target == "csv":
+        return
+    yield "starts and ends 20 mm off the work; not run on a controller: try it slowly, above the work"
+    yield f"branch {motion.posture.branch} of the model; joints and base are those of the model of the robot"
+
+
+def _lines(motion: PlannedMotion, target: str, head: list[str], name: str, deviation: float) -> str:
+    """Straight moves: down to the work, along the runs, and off again."""
+    problem, frames = motion.problem, frames_of(motion)
+    runs = [blocks_of(run, deviation, problem.lever_arm) for run in runs_of(motion, frames)]
+    down, up = motion.joints[:1], lifted(motion, motion.joints[-1])[None]
+    blocks = joined([_exact(motion, frames, down), *runs, _exact(motion, frames, up)])
+    if len(blocks.feeds) > _POINTS.get(target, len(blocks.feeds)):
+        rule = f"greater: {target} takes {_POINTS[target]} points in a program"
+        raise checks.refuse("deviation", f"{rule}, and these are {len(blocks.feeds)}", deviation, "mm")
+    start = lifted(motion, motion.joints[0])
+    more = {"urscript": urscript.head(False), "rapid": rapid.head(), "krl": krl.head()}[target]
+    form = TextForm(name, [*head, *more], frames, start, problem.acceleration)
+    if target == "urscript":
+        return urscript.script(blocks, form)
+    write = rapid.module if target == "rapid" else krl.source
+    return write(blocks, form, motion.posture.branch)
+
+
+def _exact(motion: PlannedMotion, frames: RobotFrames, joints: Floats) -> Blocks:
+    """Exact move to the contact at joints (1, n), at the feed of the problem."""
+    pose = contacts(motion, frames, joints)
+    feed = np.array([motion.problem.feed_rate])
+    return Blocks(pose[:, :3, 3], turns_of(pose), feed, np.zeros(1), joints)
+
+
+def _table(motion: PlannedMotion, head: list[str], deviation: float, name: str) -> MotionProgram:
+    """Joints at the rows of the motion, and between them where straight lines would leave it."""
+    robot, told = motion.problem.robot, "times are kept: joints over time, straight lines between them"
+    rows, program = motion.profile, None
+    for _ in range(2):  # the second time with rows as near as the first tells
+        text = table([*head, told], rows, robot.names, robot.units)
+        program = MotionProgram(text, deviation, "csv", name, motion)
+        parts = int(np.ceil(np.sqrt(1.1 * program.check().deviation / deviation)))
+        if parts < 2:
+            break
+        time = np.interp(np.arange(parts * (len(rows) - 1) + 1) / parts, np.arange(len(rows)), rows[:, 0])
+        rows = np.column_stack([time, motion.at(time).joints])
+    assert program is not None  # made in the first round
+    return program
+
+
+def _stream(motion: PlannedMotion, head: list[str], name: str) -> str:
+    """Joints every 8 ms, the last step shorter."""
+    end = float(motion.time[-1])
+    time = np.append(np.arange(0.0, end - 1e-6, urscript.PERIOD), end)
+    form = TextForm(
+        name, [*head, *urscript.head(True)], frames_of(motion), lifted(motion, motion.joints[0]), 0.0
+    )
+    return urscript.stream(time, motion.at(time).joints, form, lifted(motion, motion.joints[-1]))

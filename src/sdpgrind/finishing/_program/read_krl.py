@@ -1,0 +1,98 @@
+"""Reader of KRL: system variables, PTP and LIN, without the writer."""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._program.program_path import ProgramPath
+from sdpgrind.finishing._program.statements import Moves, misread, single
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_PAIR = re.compile(rf"\s*([A-Z]\d?)\s+({_NUMBER})\s*")
+_FORMS = (
+    ("name", re.compile(r"DEF ([A-Za-z]\w*)\(\)")),
+    ("skip", re.compile(r"BAS\(#(?:INITMOV,0|VEL_PTP,\d+)\)|\$ORI_TYPE=#VAR|HALT")),
+    ("acceleration", re.compile(rf"\$ACC\.CP=({_NUMBER})")),
+    ("frame", re.compile(r"\$(TOOL|BASE)=\{(.*)\}")),
+    ("feed", re.compile(rf"\$VEL\.CP=({_NUMBER})")),
+    ("distance", re.compile(rf"\$APO\.CDIS=({_NUMBER})")),
+    ("joints", re.compile(r"PTP \{(.*)\}")),
+    ("line", re.compile(r"LIN \{(.*)\}( C_DIS)?")),
+    ("end", re.compile(r"END")),
+)
+_METRE = 1000.0  # mm, derived
+LONGEST = 140  # characters, source: KUKA System Software, editor of programs
+
+
+def read_krl(text: str) -> ProgramPath:
+    """Return the moves of a program.
+
+    Raises
+    ------
+    ValueError
+        For a line that means something else, with its number.
+    """
+    moves, values = Moves("krl"), {"feed": 0.0, "distance": 0.0}
+    for number, line in enumerate(text.splitlines(), 1):
+        if len(line) > LONGEST:
+            raise misread(f"KRL with lines of at most {LONGEST} characters", number, line)
+        bare = line.partition(";")[0].strip()
+        if bare:
+            kind, groups = _statement(bare, number)
+            _take(moves, values, kind, groups, bare, number)
+    if not moves.ended:
+        raise ValueError("text must be a whole program, to END; its last line is another")
+    return moves.path()
+
+
+def _statement(line: str, number: int) -> tuple[str, tuple[Any, ...]]:
+    for kind, form in _FORMS:
+        found = form.fullmatch(line)
+        if found:
+            return kind, found.groups()
+    raise misread("KRL", number, line)
+
+
+def _take(
+    moves: Moves, values: dict[str, float], kind: str, groups: tuple[Any, ...], line: str, number: int
+) -> None:
+    if kind == "name":
+        moves.name = groups[0]
+    elif kind == "frame":
+        pose = _pose(_pairs(groups[1], line, number, "XYZABC"))
+        setattr(moves, {"TOOL": "tool", "BASE": "work"}[groups[0]], pose)
+    elif kind in values:
+        values[kind] = single([float(groups[0])])[0]
+    elif kind == "joints":
+        found = _pairs(groups[0], line, number, [f"A{k}" for k in range(1, 7)])
+        moves.turn_joints(np.radians(list(found.values())))
+    elif kind == "line":
+        found = _pairs(groups[0], line, number, "XYZABCST")
+        radius = values["distance"] if groups[1] else 0.0
+        bits = int(found["S"]), int(found["T"])
+        moves.line(_pose(found), _METRE * values["feed"], radius, bits)
+    elif kind == "end":
+        moves.ended = True
+
+
+def _pairs(text: str, line: str, number: int, wanted: Any) -> dict[str, float]:
+    """Names and numbers of an aggregate."""
+    found = [_PAIR.fullmatch(pair) for pair in text.split(",")]
+    named = {pair[1]: single([float(pair[2])])[0] for pair in found if pair}
+    if not all(found) or len(named) != len(found) or list(named) != list(wanted):
+        raise misread("KRL", number, line)
+    return named
+
+
+def _pose(found: dict[str, float]) -> Floats:
+    """Rigid motion Rz(A) Ry(B) Rx(C) of degrees, written out."""
+    a, b, c = (np.radians(found[name]) for name in "ABC")
+    (ca, sa), (cb, sb), (cc, sc) = ((np.cos(angle), np.sin(angle)) for angle in (a, b, c))
+    out = np.eye(4)
+    out[:3, 0] = ca * cb, sa * cb, -sb
+    out[:3, 1] = ca * sb * sc - sa * cc, sa * sb * sc + ca * cc, cb * sc
+    out[:3, 2] = ca * sb * cc + sa * sc, sa * sb * cc - ca * sc, cb * cc
+    out[:3, 3] = found["X"], found["Y"], found["Z"]
+    return out
