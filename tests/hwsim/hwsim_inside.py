@@ -1,7 +1,7 @@
 """Private names of `hwsim` that its tests look at."""
 
 from hwsim._link import backlog as backlogs
-from hwsim._link.frames import Frame, parsed
+from hwsim._link.frames import LinkFrame, parsed
 from hwsim._link.tcp import TcpLink, TcpListener, Unpacker, packed
 from hwsim._log import chain
 from hwsim._log.fingerprint import fingerprint, former
@@ -23,10 +23,10 @@ __all__ = [
     "DRAWN",
     "Clock",
     "CommandReport",
-    "Frame",
     "Frames",
     "Kind",
     "Labels",
+    "LinkFrame",
     "Table",
     "TcpLink",
     "TcpListener",

@@ -11,7 +11,7 @@ from contextlib import suppress
 from typing import Any, Self
 
 from hwsim._link.backlog import Backlog
-from hwsim._link.frames import RECORD, SIGN, WINDOW, Frame, parsed
+from hwsim._link.frames import RECORD, SIGN, WINDOW, LinkFrame, parsed
 from hwsim._link.links import Link
 from hwsim._processor.tasks import NANOSECONDS
 from sdpgrind.base import checks
@@ -239,7 +239,7 @@ class Courier:
             self._early[frame.record] = frame.content
             self._take()
 
-    def _fault(self, frame: Frame, *, new: bool, ours: bool) -> str:
+    def _fault(self, frame: LinkFrame, *, new: bool, ours: bool) -> str:
         """Say why no courier sends such a message; empty: one may."""
         if frame.sender == self._name:
             return "its own messages came back"
@@ -255,7 +255,7 @@ class Courier:
             return f"a record must be in [{frame.oldest}, {end}); it was {frame.record}"
         return ""
 
-    def _follow(self, frame: Frame, *, new: bool) -> None:
+    def _follow(self, frame: LinkFrame, *, new: bool) -> None:
         """Note who sends, and from which record on."""
         if new:
             self._reached = 0
@@ -264,7 +264,7 @@ class Courier:
             self._early.clear()
         self._last, self._kept_there = frame.number, frame.oldest
 
-    def _let_go(self, frame: Frame) -> None:
+    def _let_go(self, frame: LinkFrame) -> None:
         """Drop the records that have arrived, and note those behind them that have."""
         while self._oldest < frame.arrived:
             self._kept.popleft()
@@ -305,10 +305,10 @@ class Courier:
         behind = sum(1 << each - self._taken - 1 for each in self._early)
         told = self._other, self._taken, behind, self._last, self._sent, self._oldest
         if record is None:
-            return Frame(SIGN, self._name, *told, 0).packed()
+            return LinkFrame(SIGN, self._name, *told, 0).packed()
         self._under_way[record] = self._sent
         self._carried = max(self._carried, record + 1)
-        return Frame(RECORD, self._name, *told, record, self._kept[record - self._oldest]).packed()
+        return LinkFrame(RECORD, self._name, *told, record, self._kept[record - self._oldest]).packed()
 
     def __copy__(self) -> Self:
         return self

@@ -11,7 +11,7 @@ _HEADER = struct.Struct("!B8Q")
 _MOST = 2**48  # chosen: 89 000 years of 100 messages a second; sums of such numbers fit the header
 
 
-class Frame(NamedTuple):
+class LinkFrame(NamedTuple):
     """A message; `sender` and `whose` are names of couriers, `behind` is a set of bits."""
 
     kind: int
@@ -35,11 +35,11 @@ class Frame(NamedTuple):
         return _HEADER.pack(*self[:9]) + self.content
 
 
-def parsed(message: Any) -> Frame | str:
+def parsed(message: Any) -> LinkFrame | str:
     """Return the frame of a message, or what is wrong with it."""
     if not isinstance(message, bytes) or len(message) < _HEADER.size or message[0] not in (SIGN, RECORD):
         return "a message was of another language"
-    frame = Frame._make((*_HEADER.unpack_from(message), message[_HEADER.size :]))
+    frame = LinkFrame._make((*_HEADER.unpack_from(message), message[_HEADER.size :]))
     numbers = frame.arrived, frame.reached, frame.number, frame.oldest, frame.record
     if max(numbers) > _MOST or not frame.number or not frame.sender:
         return f"a message had a number out of its range, [0, 2^48]: {max(numbers)}"
