@@ -451,7 +451,7 @@ class SerialRobot(ByValue, Described):
         """Return the distances from singular poses, unit 1: the factors of the Jacobian's determinant.
 
         "shoulder": distance of the wrist from axis 1 in the plane of the arm, over the length of both links;
-        "elbow", "wrist": |sine| of joints 3 (from the stretched pose) and 5.
+        "elbow", "wrist": the size of the sine of joints 3 (from the stretched pose) and 5.
 
         Parameters
         ----------
