@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from functools import cache
 
 import pytest
@@ -475,3 +476,9 @@ def test_one_class_a_name():
         for name in facts(path)[1]:
             found.setdefault(name, []).append(path)
     assert {name: len(paths) for name, paths in found.items() if len(paths) > 1} == SHARED
+
+
+def test_one_test_file_a_name():
+    """Pytest collects no two files of one name, and says so only where it collects both."""
+    names = Counter(path.name for path in (ROOT / "tests").rglob("test_*.py"))
+    assert [name for name, times in names.items() if times > 1] == []
