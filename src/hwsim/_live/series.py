@@ -15,6 +15,7 @@ import numpy as np
 from hwsim._live import timing
 from hwsim._live.live import Aborted, Live
 from hwsim._live.machine import LiveMachine, TrippedError
+from hwsim._live.prompt import hurry, leave
 from hwsim._live.wall import WallMachine, samples_of, take_safe
 from hwsim._log.labels import LIVE_COLUMNS, LIVE_PREFIX
 from hwsim._part.clock import Clock
@@ -72,9 +73,11 @@ def operated(live: Live) -> Iterator[None]:
     if threading.current_thread() is threading.main_thread():
         former = {number: signal.signal(number, _aborting(live)) for number in _SIGNALS}
     with _frozen():
+        hurry()
         try:
             yield
         finally:
+            leave()
             for number, handler in former.items():
                 signal.signal(number, handler)
             live.end()

@@ -9,6 +9,7 @@ from asyncua import ua
 
 from hwsim._live.forwarding import POLL, Forwarding
 from hwsim._processor.tasks import NANOSECONDS
+from hwsim.opcua._bell import Bell
 from hwsim.opcua._link import reads, writes
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._sample import ReadSample
@@ -41,7 +42,7 @@ class Pulse:
         self._names = names
         self._list = reads(remote.nodes(names))
         self._count, self._due = 0, 0
-        self._woken, self._asked = asyncio.Event(), asyncio.Event()
+        self._woken, self._asked = Bell(), Bell()
         self._over = False
         self._tasks = [asyncio.create_task(work) for work in self._works()]
 
@@ -50,8 +51,8 @@ class Pulse:
 
     def wake(self) -> None:
         """Write and read at once."""
-        self._woken.set()
-        self._asked.set()
+        self._woken.ring()
+        self._asked.ring()
 
     async def close(self) -> None:
         """Stop; nothing is written any more."""
@@ -77,7 +78,7 @@ class Pulse:
             self.taken = number
             self.safe_written = tripped
             self._heard()
-            await _waited(self._woken, POLL)
+            await self._woken.wait(POLL)
         self.safe_written = self.safe_written or self._forwarding.trip is not None
         self._heard()
 
@@ -123,7 +124,7 @@ class Pulse:
             self.served = number
             self._heard()
             if self.wanted == number:
-                await _waited(self._asked, self._read_every)
+                await self._asked.wait(self._read_every)
 
     async def _sample(self) -> None:
         """Read a sample."""
@@ -131,12 +132,3 @@ class Pulse:
         told = await self._remote.link.read(self._list)
         self.seen = self._remote.seen(self._names, told, asked)
         self._first = self._first or self.seen
-
-
-async def _waited(event: asyncio.Event, seconds: float) -> None:
-    try:
-        await asyncio.wait_for(event.wait(), seconds)
-    except TimeoutError:
-        return
-    finally:
-        event.clear()
