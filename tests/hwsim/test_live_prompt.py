@@ -11,7 +11,6 @@ import hwsim
 from hwsim._live.prompt import SWITCH, hurry, leave
 from hwsim.opcua._bell import Bell
 
-
 UNIT = 1.5e-6  # s; the interpreter cuts intervals off to whole microseconds
 
 

@@ -60,6 +60,8 @@ def _refuse_of_real(live: Live, plant: str) -> None:
     """Refuse on a simulated plant what only a machine with a clock of its own can do."""
     if live.shadow:
         raise ValueError(f"live must not be in shadow on a simulated {plant}: it has no control of its own")
+    if live.gate:
+        raise ValueError(f"gate must be False on a simulated {plant}, which is in this process")
     if live.stale is not None or live.stuck:
         name = "stuck" if live.stuck else "stale"
         raise ValueError(f"{name} must not be given on a simulated {plant}: its readings never stand still")

@@ -33,7 +33,7 @@ class Pulse:
         self.seen: ReadSample | None = None
         self._first: ReadSample | None = None
         self.refusal: Exception | None = None
-        self.handed = self.taken = self.wanted = self.served = 0
+        self.taken = self.wanted = self.served = 0
         self.safe_written = False
         self.bad = 0
         self._remote, self._forwarding, self._heard = remote, forwarding, heard
@@ -63,7 +63,8 @@ class Pulse:
     async def _write(self) -> None:
         """Forward what is to be written, and the heartbeat while the controller is alive."""
         while not self._over and not self.safe_written:
-            number, now = self.handed, time.monotonic_ns()
+            self._forwarding.look()
+            number, now = self._forwarding.handed, time.monotonic_ns()
             command = self._forwarding.poll(now)
             tripped = self._forwarding.trip is not None
             if tripped and not command:
@@ -97,7 +98,7 @@ class Pulse:
         said = await self._remote.refusal(command, state)
         if not said:  # the part ended while the list was on its way
             return
-        await self._sample()
+        await self.sample()
         assert self.seen is not None and self._first is not None
         if self.seen.aborts != self._first.aborts:
             self._forwarding.lost(f"the machine made itself safe: {self.seen.aborted}", time.monotonic_ns())
@@ -117,7 +118,7 @@ class Pulse:
         while not self._over:
             number = self.wanted
             try:
-                await self._sample()
+                await self.sample()
             except ConnectionError as error:
                 self._cut(error)
                 return
@@ -126,7 +127,7 @@ class Pulse:
             if self.wanted == number:
                 await self._asked.wait(self._read_every)
 
-    async def _sample(self) -> None:
+    async def sample(self) -> None:
         """Read a sample."""
         asked = time.monotonic_ns()
         told = await self._remote.link.read(self._list)
