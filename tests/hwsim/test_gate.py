@@ -256,22 +256,30 @@ def behind(server):
     return hwsim.OpcuaPlant(server.url, security="none")
 
 
-def test_a_run_through_the_gate_and_one_whose_step_hangs():
+def test_a_run_through_the_gate_and_one_without_it():
     axis = Axis()
     with served(axis, timeout=60.0) as server:
         plant = behind(server)
-        log = hwsim.run(plant, Drive(), parts=2, live=live(gate=True))
-        assert log.outcome.aborted.values.tolist() == [0.0, 0.0] and server.state["parts"] == 2
+        log = hwsim.run(plant, Drive(), live=live(gate=True))
+        assert log.outcome.aborted.values.tolist() == [0.0] and server.state["parts"] == 1
         assert [command["velocity"] for _, command in axis.told[:2]] == [1.001, 1.002]
         gate = plant._link.gate
+        assert len(hwsim.run(plant, Drive(), live=live())) == 1  # the session of this process commands again
+        assert plant._link.gate is None and not gate.alive
+        plant.close()
+
+
+def test_a_step_that_hangs_behind_the_gate_and_a_part_after_it():
+    axis = Axis(length=60.0)
+    with served(axis, timeout=60.0) as server:
+        plant = behind(server)
         with pytest.raises(hwsim.Aborted, match="no sign of the controller for more than 100 ms") as said:
             hwsim.run(plant, Drive(lambda: time.sleep(0.4) or {"velocity": 9.0}), live=live(gate=True))
-        assert plant._link.gate is gate and said.value.log.outcome.safe_by.values.tolist() == ["gate"]
+        assert said.value.log.outcome.safe_by.values.tolist() == ["gate"]
         assert axis.told[-1][1] == axis.safe and {"velocity": 9.0} not in [each for _, each in axis.told]
-        assert (
-            len(hwsim.run(plant, Drive(), live=live())) == 1
-        )  # without: the session of this process commands
-        assert plant._link.gate is None and not gate.alive
+        gate, ended = plant._link.gate, Drive(lambda: {"stop": 1.0}, at=3)
+        assert hwsim.run(plant, ended, live=live(gate=True)).outcome.stopped.values.tolist() == [1.0]
+        assert plant._link.gate is gate  # one process for all parts
         plant.close()
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from hwsim._live.live import Live
 from hwsim._live.machine import LiveMachine
 from hwsim.opcua._declaration import Declaration
-from hwsim.opcua._gate import GatedPart, gate_of
+from hwsim.opcua._gated import GatedPart, gate_of
 from hwsim.opcua._live_part import RemotePart
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses

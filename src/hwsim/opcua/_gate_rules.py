@@ -15,7 +15,7 @@ from hwsim.opcua._packing import blocks, unblocked
 from hwsim.opcua._slots import Slots
 
 RECORD: Final = 1 << 22  # bytes for two records each way; chosen: a message of 1 MiB, and its names
-NOTHING, ASK, OVER = 0, 1, 2
+NOTHING, ASK, OVER = range(3)
 """What a runner wants beside commands: the safe command, or that nothing more is written."""
 _HEAD: Final = struct.Struct("<QQqBH")  # part, number, ns, what is wanted, bytes of who and why
 _LONGEST = 1000  # characters of a reason; chosen: a line on a screen has less
