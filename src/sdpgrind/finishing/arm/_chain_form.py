@@ -9,7 +9,7 @@ from sdpgrind.finishing.arm._closed_form import ClosedForm, Screws, closed_form
 from sdpgrind.finishing.arm._robot import Robot, numeric_jacobian
 
 
-class Chain(Robot, Protocol):
+class SerialChain(Robot, Protocol):
     """A robot whose joints are links in series."""
 
     @property
@@ -21,7 +21,7 @@ class Chain(Robot, Protocol):
         """Whether each joint slides, (n,)."""
 
 
-def form_of(robot: Chain) -> ClosedForm | str:
+def form_of(robot: SerialChain) -> ClosedForm | str:
     """Closed form of the inverse, or the sentence that says why there is none."""
     if len(robot.names) != 6 or any(robot.sliding):
         return _other_joints(robot)
@@ -34,7 +34,7 @@ def form_of(robot: Chain) -> ClosedForm | str:
     return found if isinstance(found, ClosedForm) else f"robot must have {found}"
 
 
-def _other_joints(robot: Chain) -> str:
+def _other_joints(robot: SerialChain) -> str:
     """Sentence about joints that are not six that turn."""
     count = len(robot.names)
     if count < 6:
@@ -48,7 +48,7 @@ def _other_joints(robot: Chain) -> str:
     return f"robot must have six turning joints for an inverse in closed form; got {got}"
 
 
-def _rank(robot: Chain) -> int:
+def _rank(robot: SerialChain) -> int:
     """Rank of the Jacobian at joints that are not special."""
     low, high = np.array(robot.position_min), np.array(robot.position_max)
     share = np.modf(np.arange(1, len(low) + 1) * 0.6180339887)[0]  # golden ratio: spread, never equal
