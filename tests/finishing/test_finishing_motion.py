@@ -12,6 +12,7 @@ from sdpgrind.finishing.timing._limits import LawError
 
 FLAT = finishing.hilbert(finishing.surface.flat_surface(16.0), 3, mapping="parametric")
 DIE = finishing.hilbert(finishing.surface.nominal_surface(), 3)
+SHARP = finishing.hilbert(finishing.surface.nominal_surface(), 2)
 EASY = finishing.FinishingProblem(FLAT)
 
 
@@ -139,6 +140,14 @@ def test_no_law_is_faster_than_the_bound(motion, tmp_path):
     assert motion.lower_bound >= finishing.plan(faster).lower_bound
     motion.save(tmp_path / "motion.nc")
     assert sdpgrind.load(tmp_path / "motion.nc").lower_bound == motion.lower_bound
+
+
+def test_a_law_of_thousands_of_knots_has_a_row_a_millisecond():
+    """And the joints between the rows are as before: the tip stays on the path."""
+    found = finishing.plan(finishing.FinishingProblem(SHARP), method="min_time")
+    runs = len(SHARP.runs)
+    assert found.time.size <= found.duration / 0.001 + 10 * runs
+    assert np.diff(found.time).max() <= 0.004 * (1 + 1e-9) and found.error < 5e-5
 
 
 def test_another_law_than_asked_for_is_told_and_kept(monkeypatch, tmp_path):
