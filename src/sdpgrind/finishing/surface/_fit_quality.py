@@ -19,6 +19,8 @@ class FitQuality(ByValue, Described):
     ----------
     distances : array (m,)
         Of the points, mm, > 0 on the side of the tool.
+    feet : array (m, 2)
+        Parameters (u, v) of their feet on the surface (dimensionless).
     tolerance : float
         Distance that 99 % of the points were to keep, mm.
     net : (int, int)
@@ -42,6 +44,7 @@ class FitQuality(ByValue, Described):
     """
 
     distances: Floats = array("mm")
+    feet: Floats = array("1")
     tolerance: float = quantity("mm", above=0)
     net: tuple[int, int] = custom()
     empty: float = quantity("1", at_least=0, at_most=1, default=0.0)
@@ -51,6 +54,8 @@ class FitQuality(ByValue, Described):
     def _check(self) -> None:
         if self.distances.ndim != 1 or not self.distances.size:
             raise self._refused("distances", "of shape (m,), one a point", self.distances.shape)
+        if self.feet.shape != (self.distances.size, 2):
+            raise self._refused("feet", "of shape (m, 2), one for each of the distances", self.feet.shape)
         object.__setattr__(self, "net", tuple(int(n) for n in self.net))
 
     @property

@@ -50,7 +50,7 @@ def fitted(
     empty = empty_share(fit.uv, fit.spans)
     _refuse_holes(empty, most, fit)
     agree, (nu, nv) = agreement(fit.distances, task.pairs), fit.control_points.shape[:2]
-    quality = FitQuality(fit.distances, task.tolerance, (nu, nv), empty, agree, status)
+    quality = FitQuality(fit.distances, fit.uv.T, task.tolerance, (nu, nv), empty, agree, status)
     return Fitted(fit.control_points, fit.knots, quality)
 
 

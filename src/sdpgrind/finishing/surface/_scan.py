@@ -2,24 +2,37 @@
 
 import os
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.surface import _fitting as fitting
 from sdpgrind.finishing.surface import _scan_mesh as mesh
 from sdpgrind.finishing.surface._fit_task import checked_points
 from sdpgrind.finishing.surface._region import Region
 from sdpgrind.finishing.surface._scan_table import read_array, read_text
 from sdpgrind.finishing.surface._surface import Surface
-from sdpgrind.finishing.surface._triangles import Triangles, nearest, reached
+from sdpgrind.finishing.surface._triangles import Triangles, boundary, nearest, reached
 
 TABLES = {".xyz": read_text, ".csv": read_text, ".npy": read_array}
 ENDINGS = (*mesh.ENDINGS, *TABLES)
 """Ends of the names of files that `read_scan` reads."""
 SMALLEST = 1.0  # mm, chosen: no part that a robot finishes is smaller; one in metres or inches may be
 ASTRAY = 0.05  # of the scan's size, chosen: a seed that is typed by hand is nearer
+
+
+class ScannedPatch(NamedTuple):
+    """A fitted surface, and loops (k, 2) of (u, v) around its triangles, which lie to the left.
+
+    Outer loops run counter-clockwise, holes clockwise. There are none around points without triangles, and
+    where triangles are inside out.
+    """
+
+    surface: Surface
+    loops: tuple[Floats, ...]
 
 
 def read_scan(
@@ -29,19 +42,26 @@ def read_scan(
     net: tuple[int, int] | None = None,
     degree: tuple[int, int] = (3, 3),
     tolerance: float = 0.01,
-) -> tuple[Surface, ...]:
+) -> tuple[ScannedPatch, ...]:
     """Return a surface fitted to each region of a scan, or to all of it; see `Surface.fit`.
 
     Files of these kinds hold no unit: their numbers are mm, but for columns of a text that name another. The
-    tool is on the outside of triangles, and above points.
+    tool is outside of triangles, and above points.
     """
     file = checks.path("path", path)
     ending, told = file.suffix.lower(), repr(file.name)
     if ending not in ENDINGS:
         raise checks.refuse("path", f"a scan, {', '.join(ENDINGS)}", file.name)
-    scan = _read(file.read_bytes(), ending, told)
     regions = [region] if region is None or isinstance(region, Region) else list(region)
-    return tuple(_fitted(scan, each, told, net, degree, tolerance) for each in regions)
+    for each in regions:
+        if each is not None:
+            checks.kind("region", each, Region)
+    scan = _read(file.read_bytes(), ending, told)
+    parts = [scan if each is None else _part(scan, each, told) for each in regions]
+    allowed = [fitting.EMPTY if each is None else each.empty_max for each in regions]
+    return tuple(
+        _fitted(part, net, degree, tolerance, empty) for part, empty in zip(parts, allowed, strict=True)
+    )
 
 
 def _read(raw: bytes, ending: str, told: str) -> Triangles | Floats:
@@ -63,46 +83,33 @@ def _size(points: Floats) -> float:
 
 def _fitted(
     scan: Triangles | Floats,
-    region: Region | None,
-    told: str,
     net: tuple[int, int] | None,
     degree: tuple[int, int],
     tolerance: float,
-) -> Surface:
-    points, side = _taken(scan, region, told)
-    allowed = {} if region is None else {"empty_max": region.empty_max}
-    return Surface.fit(points, net, degree, tolerance, side, **allowed)
+    empty_max: float,
+) -> ScannedPatch:
+    """Fit a surface with the tool outside of triangles, or above points."""
+    if not isinstance(scan, Triangles):
+        return ScannedPatch(Surface.fit(scan, net, degree, tolerance, empty_max=empty_max), ())
+    side = scan.normals.sum(axis=0)
+    surface = Surface.fit(scan.corners, net, degree, tolerance, side, empty_max=empty_max)
+    return ScannedPatch(surface, tuple(lasting(surface.fit.feet[loop]) for loop in boundary(scan)))
 
 
-def _taken(
-    scan: Triangles | Floats, region: Region | None, told: str
-) -> tuple[Floats, npt.NDArray[np.float64] | None]:
-    """Points of a region, and the outside of its triangles."""
-    if region is not None:
-        checks.kind("region", region, Region)
-        scan = (
-            _part_of_triangles(scan, region, told)
-            if isinstance(scan, Triangles)
-            else _part_of_points(scan, region, told)
-        )
+def _part(scan: Triangles | Floats, region: Region, told: str) -> Triangles | Floats:
     if isinstance(scan, Triangles):
-        return scan.corners, scan.normals.sum(axis=0)
-    return scan, None
-
-
-def _part_of_points(points: Floats, region: Region, told: str) -> Floats:
+        return _part_of_triangles(scan, region, told)
     if region.seed is not None:
         raise ValueError(
-            f"region must be a box, Region(box=...), where a scan is points without triangles; {told} is,"
-            f" got a seed"
+            f"region must be a box, Region(box=...): {told} holds points without triangles; got a seed"
         )
-    chosen = points[region.holds(points)]
-    _refuse_nothing(len(chosen), points, region, told)
+    chosen = scan[region.holds(scan)]
+    _refuse_nothing(len(chosen), scan, region, told)
     return chosen
 
 
 def _part_of_triangles(scan: Triangles, region: Region, told: str) -> Triangles:
-    inside = region.holds(scan.corners)[scan.faces].all(axis=1)
+    inside = np.asarray(region.holds(scan.corners)[scan.faces].all(axis=1), dtype=bool)
     _refuse_nothing(int(inside.sum()), scan.corners, region, told)
     part = scan.part(inside)
     if region.seed is None:
@@ -110,7 +117,7 @@ def _part_of_triangles(scan: Triangles, region: Region, told: str) -> Triangles:
     seed, distance = nearest(part, region.seed)
     if distance > ASTRAY * _size(scan.corners):
         raise checks.refuse(
-            "seed", f"on the scan; the nearest triangle is {distance:.4g} mm away", region.seed.tolist(), "mm"
+            "seed", f"on the scan (mm), its nearest triangle is {distance:.4g} mm away", region.seed.tolist()
         )
     return part.part(reached(part, seed, region.crease))
 

@@ -20,10 +20,10 @@ def read_mesh(raw: bytes, ending: str, told: str) -> Triangles | Floats:
     try:
         # a scan is geometry only: materials and textures are other files
         found = trimesh.load(io.BytesIO(raw), file_type=ending[1:], process=False, skip_materials=True)
+        if isinstance(found, trimesh.Scene):  # several objects, or none
+            found = found.to_mesh()
     except Exception as error:  # of many kinds, as the reader meets the fault
         raise ValueError(f"{told} must be {_article(ending)}, whole; got {error}") from error
-    if isinstance(found, trimesh.Scene):
-        found = found.to_mesh()
     corners = _points(found.vertices, told)
     faces = np.asarray(getattr(found, "faces", ()), dtype=np.int64).reshape(-1, 3)
     if not len(faces) and (ending == ".stl" or not len(corners)):
@@ -36,9 +36,7 @@ def read_mesh(raw: bytes, ending: str, told: str) -> Triangles | Floats:
 def _points(values: object, told: str) -> Floats:
     points = np.asarray(values, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(
-            f"{told} must hold points of three coordinates (mm), and be whole; got {points.shape}"
-        )
+        raise ValueError(f"{told} must hold points x y z (mm), and be whole; got {points.shape} numbers")
     return points
 
 

@@ -79,3 +79,35 @@ def nearest(triangles: Triangles, point: Floats) -> tuple[int, float]:
     distance[over] = np.abs(np.einsum("fc,fc->f", corners[:, 0], normals))[over]
     best = int(distance.argmin())
     return best, float(distance[best])
+
+
+def boundary(triangles: Triangles) -> list[Ints]:
+    """Loops of corners around the triangles, which lie to the left; empty where some are inside out."""
+    edges = triangles.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    count = len(triangles.corners)
+    back = np.isin(edges[:, 1] * count + edges[:, 0], edges[:, 0] * count + edges[:, 1])
+    onward: dict[int, list[int]] = {}
+    for start, end in edges[~back].tolist():
+        onward.setdefault(start, []).append(end)
+    loops = []
+    while onward:
+        loop = _loop(onward)
+        if loop is None:
+            return []
+        loops.append(np.array(loop))
+    return loops
+
+
+def _loop(onward: dict[int, list[int]]) -> list[int] | None:
+    """Take a loop out of edges by their start; None where it does not close."""
+    loop = [next(iter(onward))]
+    while True:
+        ends = onward.get(loop[-1])
+        if not ends:
+            return None
+        end = ends.pop()
+        if not ends:
+            del onward[loop[-1]]
+        if end == loop[0]:
+            return loop
+        loop.append(end)
