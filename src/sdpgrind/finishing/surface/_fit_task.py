@@ -79,7 +79,7 @@ def _refuse_few(count: int, net: Net, degree: tuple[int, int]) -> None:
 def _first_net(plane: Plane, degree: tuple[int, int], count: int) -> Net:
     """Net of about nine spans that are square, or of a single one where points are few."""
     stretch = math.sqrt(min(plane.sides[0] / plane.sides[1], LONGEST))
-    net = (round(SPANS * stretch) + degree[0], round(SPANS / stretch) + degree[1])
+    net = (round(SPANS * stretch) + degree[0], max(round(SPANS / stretch), 2) + degree[1])
     return net if SPARE * math.prod(net) <= count else _least(degree)
 
 

@@ -22,7 +22,9 @@ EMPTY = 0.05  # source: finishing-any-robot.md, section 2
 GIVEN = "the net was given"
 KEPT = "99 % of the points keep the tolerance"
 IS_NOISE = "a finer net is no nearer, and neighbours differ as noise does"
-IS_FORM = "finer nets are no nearer, but neighbours agree: an edge, a step or smooth noise is left"
+IS_FORM = (
+    "finer nets are no nearer, but neighbours agree: edge, ripple or smooth noise; a given net may follow"
+)
 FEW = "a finer net needs more points"
 
 
@@ -62,7 +64,7 @@ def _grown(task: Task) -> tuple[NetFit, str]:
         net = math.ceil(GROWTH * net[0]), math.ceil(GROWTH * net[1])
         if math.prod(net) > min(len(task.points) // SPARE, MOST):
             return fit, FEW
-        finer = fit_net(task, net, fit.uv)
+        finer = fit_net(task, net)
         if _falls(before or fit, finer):
             before = None
         elif agreement(fit.distances, task.pairs) < NOISE:

@@ -27,8 +27,8 @@ ASTRAY = 0.05  # of the scan's size, chosen: a seed that is typed by hand is nea
 class ScannedPatch(NamedTuple):
     """A fitted surface, and loops (k, 2) of (u, v) around its triangles, which lie to the left.
 
-    Outer loops run counter-clockwise, holes clockwise. There are none around points without triangles, and
-    where triangles are inside out.
+    Outer loops run counter-clockwise, holes clockwise. There are none around points without triangles, nor
+    where a triangle at the edge is inside out.
     """
 
     surface: Surface
@@ -91,8 +91,7 @@ def _fitted(
     """Fit a surface with the tool outside of triangles, or above points."""
     if not isinstance(scan, Triangles):
         return ScannedPatch(Surface.fit(scan, net, degree, tolerance, empty_max=empty_max), ())
-    side = scan.normals.sum(axis=0)
-    surface = Surface.fit(scan.corners, net, degree, tolerance, side, empty_max=empty_max)
+    surface = Surface.fit(scan.corners, net, degree, tolerance, scan.outside, empty_max=empty_max)
     return ScannedPatch(surface, tuple(lasting(surface.fit.feet[loop]) for loop in boundary(scan)))
 
 

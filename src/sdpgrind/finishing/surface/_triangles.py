@@ -11,12 +11,22 @@ from sdpgrind.base.checks import Bools, Floats
 
 Ints = npt.NDArray[np.int64]
 
+CLOSED = 1e-3  # of the area, chosen: sum of normals of a closed solid, whose rounding has no direction
+
 
 class Triangles(NamedTuple):
     """Corners (m, 3), mm, each once, and the three of each triangle (f, 3), none without area."""
 
     corners: Floats
     faces: Ints
+
+    @property
+    def outside(self) -> Floats | None:
+        """Direction (3,) to the outside on the whole; None of a closed solid."""
+        normals = self.normals
+        total = normals.sum(axis=0)
+        area = float(np.linalg.norm(normals, axis=1).sum())
+        return total if np.linalg.norm(total) > CLOSED * area else None
 
     @property
     def normals(self) -> Floats:
@@ -53,14 +63,23 @@ def reached(triangles: Triangles, seed: int, crease: float) -> Bools:
 
 def _neighbours(triangles: Triangles) -> tuple[Ints, Ints, Bools]:
     """Pairs of triangles with a common edge, and whether both run along it alike: one is inside out then."""
-    edges = triangles.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    forward = edges[:, 0] < edges[:, 1]
-    key = edges.min(axis=1) * len(triangles.corners) + edges.max(axis=1)
+    edges = _edges(triangles)
+    forward, key = edges[:, 0] < edges[:, 1], _keys(edges, triangles)
     order = np.argsort(key, kind="stable")
     before, behind = order[:-1], order[1:]
     common = key[before] == key[behind]
     before, behind = before[common], behind[common]
     return before // 3, behind // 3, forward[before] == forward[behind]
+
+
+def _edges(triangles: Triangles) -> Ints:
+    """Edges (3 f, 2) of all triangles, each along its triangle."""
+    return triangles.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+
+
+def _keys(edges: Ints, triangles: Triangles) -> Ints:
+    """Numbers (3 f,) that are equal for edges between the same corners."""
+    return np.asarray(edges.min(axis=1) * len(triangles.corners) + edges.max(axis=1))
 
 
 def nearest(triangles: Triangles, point: Floats) -> tuple[int, float]:
@@ -82,12 +101,11 @@ def nearest(triangles: Triangles, point: Floats) -> tuple[int, float]:
 
 
 def boundary(triangles: Triangles) -> list[Ints]:
-    """Loops of corners around the triangles, which lie to the left; empty where some are inside out."""
-    edges = triangles.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    count = len(triangles.corners)
-    back = np.isin(edges[:, 1] * count + edges[:, 0], edges[:, 0] * count + edges[:, 1])
+    """Loops of corners around the triangles, which lie to the left; none where one at the edge is inside out."""
+    edges = _edges(triangles)
+    _, first, times = np.unique(_keys(edges, triangles), return_index=True, return_counts=True)
     onward: dict[int, list[int]] = {}
-    for start, end in edges[~back].tolist():
+    for start, end in edges[first[times == 1]].tolist():
         onward.setdefault(start, []).append(end)
     loops = []
     while onward:
