@@ -20,15 +20,15 @@ class FitQuality(ByValue, Described):
     distances : array (m,)
         Of the points, mm, > 0 on the side of the tool.
     feet : array (m, 2)
-        Parameters (u, v) of their feet on the surface (dimensionless).
+        Parameters (u, v) of their feet on the surface (1).
     tolerance : float
         Distance that 99 % of the points were to keep, mm.
     net : (int, int)
         Control points along u and v.
     empty : float
-        Share of the domain that is farther than two knot spans from any point (dimensionless).
+        Share of the domain that is farther than two knot spans from any point (1).
     neighbours : float
-        Correlation of the distances of neighbouring points (dimensionless): noise that is independent from
+        Correlation of the distances of neighbouring points (1): noise that is independent from
         point to point has 0, form that the net cannot follow has up to 1.
     status : str
         Why the net is not finer.

@@ -22,7 +22,7 @@ Net = tuple[int, int]
 Direction = npt.ArrayLike | None
 
 
-class Task(NamedTuple):
+class FitTask(NamedTuple):
     """Points (m, 3), mm, their plane, neighbours (2, k) among them, degrees, tolerance (mm), first net."""
 
     points: Floats
@@ -35,7 +35,7 @@ class Task(NamedTuple):
 
 def task_of(
     points: npt.ArrayLike, net: Net | None, degree: tuple[int, int], tolerance: float, side: Direction
-) -> Task:
+) -> FitTask:
     """Check what the user gave, and find the plane and the first net."""
     cloud, pair = checked_points("points", points), control_net.degree_pair(degree)
     size = None if net is None else control_net.size(net, pair)
@@ -44,7 +44,7 @@ def task_of(
     plane = plane_of(cloud, None if side is None else _direction(side))
     refuse_folded_points(cloud, plane.axes[2])
     pairs = _neighbours(plane.parameters(cloud) * plane.sides[:, None])
-    return Task(cloud, plane, pairs, pair, kept, size or _first_net(plane, pair, len(cloud)))
+    return FitTask(cloud, plane, pairs, pair, kept, size or _first_net(plane, pair, len(cloud)))
 
 
 def checked_points(name: str, value: npt.ArrayLike) -> Floats:

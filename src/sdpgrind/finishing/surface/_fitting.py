@@ -9,7 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._coverage import NEAR, empty_share
 from sdpgrind.finishing.surface._fit_quality import FitQuality, agreement, kept_by_most, root_mean_square
-from sdpgrind.finishing.surface._fit_task import SPARE, Net, Task, task_of
+from sdpgrind.finishing.surface._fit_task import SPARE, FitTask, Net, task_of
 from sdpgrind.finishing.surface._folds import refuse_folded_surface
 from sdpgrind.finishing.surface._least_squares import Knots
 from sdpgrind.finishing.surface._net_fit import NetFit, fit_net
@@ -56,7 +56,7 @@ def fitted(
     return Fitted(fit.control_points, fit.knots, quality)
 
 
-def _grown(task: Task) -> tuple[NetFit, str]:
+def _grown(task: FitTask) -> tuple[NetFit, str]:
     """Fit nets that grow until the tolerance is kept or the residual stops falling."""
     net, fit = task.net, fit_net(task, task.net)
     before: NetFit | None = None  # the coarser net, where the last growth did not help

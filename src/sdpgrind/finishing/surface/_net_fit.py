@@ -9,7 +9,7 @@ from sdpgrind.finishing.surface import _evaluation as evaluation
 from sdpgrind.finishing.surface import _forms as forms
 from sdpgrind.finishing.surface._control_net import clamped
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
-from sdpgrind.finishing.surface._fit_task import Net, Task
+from sdpgrind.finishing.surface._fit_task import FitTask, Net
 from sdpgrind.finishing.surface._least_squares import Knots, control_points
 
 REPEATS = 3  # source: finishing-any-robot.md, section 2
@@ -55,7 +55,7 @@ class NetFit:
         return u, v
 
 
-def fit_net(task: Task, net: Net) -> NetFit:
+def fit_net(task: FitTask, net: Net) -> NetFit:
     """Fit a net, from the places of the points over their plane on.
 
     Feet on a coarser net would be a worse start: they keep the pattern of its knots (measured on a cylinder:

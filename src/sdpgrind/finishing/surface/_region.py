@@ -57,7 +57,7 @@ class Region(ByValue, Described):
     --------
     >>> from sdpgrind import finishing as fin, units
     >>> fin.Region(seed=(10.0, 20.0, 5.0), crease=units.deg(20))
-    Region(seed=[10.0, 20.0, 5.0] mm, crease=0.349066 rad)
+    Region(seed=(10, 20, 5) mm, crease=0.349066 rad)
     """
 
     box: Floats | None = custom(_box, unit="mm", default=None)

@@ -73,7 +73,7 @@ def _fit(
     >>> scan = np.stack([x, y, 0.01 * x * y + np.cos(x / 10.0)], axis=-1).reshape(-1, 3)
     >>> surface = Surface.fit(scan, tolerance=0.001)
     >>> surface
-    Surface(B-spline, 9 x 9 control points over 40 x 40 x 9.332 mm, degree (3, 3))
+    Surface(B-spline, 9 x 9 control points over 40 x 40 x 8 mm, degree (3, 3))
     >>> surface.fit.most < 0.001 and surface.fit.rms < 0.0005  # mm
     True
     """

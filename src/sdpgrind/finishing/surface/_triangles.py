@@ -101,7 +101,7 @@ def nearest(triangles: Triangles, point: Floats) -> tuple[int, float]:
 
 
 def boundary(triangles: Triangles) -> list[Ints]:
-    """Loops of corners around the triangles, which lie to the left; none where one at the edge is inside out."""
+    """Loops of corners around the triangles, to their left; none where one at the edge is inside out."""
     edges = _edges(triangles)
     _, first, times = np.unique(_keys(edges, triangles), return_index=True, return_counts=True)
     onward: dict[int, list[int]] = {}
