@@ -7,6 +7,8 @@ import pytest
 
 import sdpgrind
 from sdpgrind import finishing, units
+from sdpgrind.finishing.timing import _laws
+from sdpgrind.finishing.timing._limits import LawError
 
 FLAT = finishing.hilbert(finishing.surface.flat_surface(16.0), 3, mapping="parametric")
 DIE = finishing.hilbert(finishing.surface.nominal_surface(), 3)
@@ -127,6 +129,27 @@ def test_saved_and_loaded(motion, tmp_path):
     for name in ("time", "joints", "joint_speed", "feed_rate", "torque_per_force"):
         np.testing.assert_array_equal(getattr(back, name), getattr(motion, name))
     assert repr(back) == repr(motion)
+
+
+def test_no_law_is_faster_than_the_bound(motion, tmp_path):
+    """Rest at every corner of straight legs: the trapezoids are the fastest laws but for joints that slow them."""
+    assert 0.5 * motion.duration < motion.lower_bound <= motion.duration
+    assert motion.gap == 1 - motion.lower_bound / motion.duration
+    faster = motion.problem.replace(feed_rate=1.5 * motion.problem.feed_rate)
+    assert motion.lower_bound >= finishing.plan(faster).lower_bound
+    motion.save(tmp_path / "motion.nc")
+    assert sdpgrind.load(tmp_path / "motion.nc").lower_bound == motion.lower_bound
+
+
+def test_another_law_than_asked_for_is_told_and_kept(monkeypatch, tmp_path):
+    def failed(*given):
+        raise LawError("no step was found")
+
+    monkeypatch.setattr(_laws, "jerk_limited_law", failed)
+    motion = finishing.plan(finishing.preset("nominal").replace(path=DIE.blended()), method="min_time")
+    assert "; run 0: no step was found; this law has seven pieces" in motion.status
+    motion.save(tmp_path / "motion.nc")
+    assert sdpgrind.load(tmp_path / "motion.nc").status == motion.status
 
 
 def test_a_picture(motion):

@@ -9,8 +9,8 @@ from ._problem.identify import identify as identify
 from ._problem.motion import Motion as Motion
 from ._problem.motion import MotionError as MotionError
 from ._problem.motion import MotionState as MotionState
-from ._problem.motion import Posture as Posture
 from ._problem.plan import plan as plan
+from ._problem.posture import Posture as Posture
 from ._problem.presets import PresetInfo as PresetInfo
 from ._problem.presets import preset as preset
 from ._problem.presets import presets as presets
