@@ -300,3 +300,21 @@ def test_holes_are_refused_unless_they_are_allowed():
     low, high = (np.pi * (10 - 2 * span * k) ** 2 / 1600 for k in (np.sqrt(2), 1))
     assert low < fit.empty < high
     assert Surface.fit(disk, net=(6, 6)).fit.empty == 0.0
+
+
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 80), flat=st.booleans(), whole=st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_a_surface_or_one_sentence(seed, count, flat, whole):
+    """Clouds by chance, thin ones and repeated points too: finite numbers, or a ValueError of `points`."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(count, 3)) * rng.choice([1e-6, 1e-3, 1.0, 100.0], size=3) + rng.choice(
+        [0.0, 1e5]
+    )
+    points = np.round(points * 3) if whole else points
+    points[:, 2] *= not flat
+    try:
+        surface = Surface.fit(points, degree=tuple(rng.integers(1, 4, 2).tolist()), empty_max=1.0)
+    except ValueError as error:
+        assert str(error).startswith("points must")
+    else:
+        assert np.isfinite(surface.control_points).all() and np.isfinite(surface.fit.distances).all()

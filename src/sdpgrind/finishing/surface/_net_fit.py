@@ -14,6 +14,8 @@ from sdpgrind.finishing.surface._least_squares import Knots, control_points
 
 REPEATS = 3  # source: finishing-any-robot.md, section 2
 
+FLAT = 1e-12  # of the mean square of a tangent, chosen: less has no direction to step along
+
 
 class NetFit:
     """Control points (nu, nv, 3) with their knots, mm, and the feet `uv` (2, m) of points (m, 3)."""
@@ -29,10 +31,10 @@ class NetFit:
         d = evaluation.scattered(self._net, *uv)
         rest = self._points - d.point
         (E, F, G), a, b = forms.first_form(d), forms.dot(rest, d.u), forms.dot(rest, d.v)
-        tiny = np.finfo(float).tiny
-        u = np.clip(uv[0] + (G * a - F * b) / np.maximum(E * G - F**2, tiny), 0.0, 1.0)
-        v = np.clip(uv[1] + (b - F * (u - uv[0])) / np.maximum(G, tiny), 0.0, 1.0)
-        u = np.clip(uv[0] + (a - F * (v - uv[1])) / np.maximum(E, tiny), 0.0, 1.0)
+        least = FLAT * np.array([E.mean(), G.mean(), E.mean() * G.mean()])
+        u = np.clip(uv[0] + (G * a - F * b) / np.maximum(E * G - F**2, least[2]), 0.0, 1.0)
+        v = np.clip(uv[1] + (b - F * (u - uv[0])) / np.maximum(G, least[1]), 0.0, 1.0)
+        u = np.clip(uv[0] + (a - F * (v - uv[1])) / np.maximum(E, least[0]), 0.0, 1.0)
         self.uv = np.stack([u, v])
         return self
 
