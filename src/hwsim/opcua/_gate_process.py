@@ -18,6 +18,7 @@ from collections.abc import Coroutine, Mapping
 from typing import Any, Final
 
 from hwsim._processor.tasks import NANOSECONDS
+from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._foreign import ForeignMachine, nodes_of
 from hwsim.opcua._gate_rules import RECORD, GateAnswer, GateRules
 from hwsim.opcua._keys import read_keys
@@ -80,7 +81,8 @@ class GateProcess:
         assert self._remote is not None
         gc.collect()
         gc.freeze()  # a full collection takes longer than a poll
-        return link.loop.run(self._remote.declaration()).to_json()
+        told: Declaration = link.loop.run(self._remote.declaration())
+        return told.to_json()
 
     def _begin(
         self, part: int, seed: str, safe: Mapping[str, float], deadline: float, names: list[str]
