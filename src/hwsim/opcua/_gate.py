@@ -28,6 +28,8 @@ class Gate:
     """A process with a session of its own; it ends with this one."""
 
     def __init__(self, url: str, security: str, user: tuple[str, str] | None, nodes: Any) -> None:
+        if os.name != "posix":
+            raise ValueError("gate must be False on this system, which hands no descriptors to a process")
         memory = shared(2 * RECORD)
         whole = mapped(memory, 2 * RECORD)
         self.handed, self.answers = Slots(whole[:RECORD]), Slots(whole[RECORD:])
