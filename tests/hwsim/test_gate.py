@@ -93,8 +93,11 @@ def test_a_command_is_written_once_and_arrays_come_whole():
     assert np.array_equal(told["path"], path) and np.signbit(told["rate"]) and rules.handed == 1
     runner.renew(3 * MS)
     assert polled(rules, 4) == {}
-    runner.hand({"path": [1.0, float("nan")]}, 5 * MS)
-    assert polled(rules, 6) == SAFE and "path must be a finite number" in rules.trip.reason
+    runner.hand({"rate": 3.0}, 5 * MS)
+    runner.hand({"rate": 4.0}, 5 * MS)  # a runner waits for each; who does not has the newest one
+    assert polled(rules, 6) == {"rate": 4.0} and polled(rules, 7) == {} and rules.handed == 3
+    runner.hand({"path": [1.0, float("nan")]}, 7 * MS)
+    assert polled(rules, 8) == SAFE and "path must be a finite number" in rules.trip.reason
 
 
 def test_what_a_runner_asks_for_comes_first_and_the_first_reason_counts():
@@ -256,20 +259,17 @@ def behind(server):
     return hwsim.OpcuaPlant(server.url, security="none")
 
 
-def test_a_run_through_the_gate_and_one_without_it():
-    axis = Axis()
+def test_a_run_through_the_gate():
+    axis = Axis(length=0.2)
     with served(axis, timeout=60.0) as server:
         plant = behind(server)
         log = hwsim.run(plant, Drive(), live=live(gate=True))
         assert log.outcome.aborted.values.tolist() == [0.0] and server.state["parts"] == 1
         assert [command["velocity"] for _, command in axis.told[:2]] == [1.001, 1.002]
-        gate = plant._link.gate
-        assert len(hwsim.run(plant, Drive(), live=live())) == 1  # the session of this process commands again
-        assert plant._link.gate is None and not gate.alive
         plant.close()
 
 
-def test_a_step_that_hangs_behind_the_gate_and_a_part_after_it():
+def test_a_step_that_hangs_behind_the_gate_and_parts_after_it():
     axis = Axis(length=60.0)
     with served(axis, timeout=60.0) as server:
         plant = behind(server)
@@ -280,6 +280,8 @@ def test_a_step_that_hangs_behind_the_gate_and_a_part_after_it():
         gate, ended = plant._link.gate, Drive(lambda: {"stop": 1.0}, at=3)
         assert hwsim.run(plant, ended, live=live(gate=True)).outcome.stopped.values.tolist() == [1.0]
         assert plant._link.gate is gate  # one process for all parts
+        assert len(hwsim.run(plant, ended, live=live())) == 1  # the session of this process commands again
+        assert plant._link.gate is None and not gate.alive
         plant.close()
 
 

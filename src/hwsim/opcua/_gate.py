@@ -112,5 +112,6 @@ def _started(memory: int, line: int) -> "subprocess.Popen[bytes]":
         pass_fds=(memory, line),
         start_new_session=True,
         stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
         env={**os.environ, "PYTHONPATH": path},
     )

@@ -169,9 +169,10 @@ def main() -> None:
         signal.signal(each, signal.SIG_IGN)  # those of the terminal are the runner's
     runner = RunnerProcess(number)
     gate = GateProcess(mapped(memory, 2 * RECORD), runner)
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError):  # the runner is gone
         served(gate, runner, socket.socket(fileno=line))
-    gate.leave()
+    with contextlib.suppress(OSError, TimeoutError):  # a machine that does not answer helps itself
+        gate.leave()
 
 
 if __name__ == "__main__":
