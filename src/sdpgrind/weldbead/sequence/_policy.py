@@ -287,8 +287,8 @@ class SequencePolicy(Plan):
         if self.problem.bead_scatter is None:
             asked = repr((height, time_left, last_duration, confidence, within))
             if self._last_risk is None or self._last_risk[0] != asked:
-                state = self._state(height, time_left, last_duration)
-                self._last_risk = asked, risk_of(self.table, state, confidence, within)
+                begun = self._state(height, time_left, last_duration)
+                self._last_risk = asked, risk_of(self.table, begun, confidence, within)
             warn_if_unsure(self._last_risk[1])
             return self._last_risk[1]
         checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
