@@ -12,19 +12,23 @@ from sdpgrind.base.compiling.kernel_digest import reached
 STEPS = {
     "plunge": "sdpgrind.plunge._control.control_kernels:control_step",
     "plunge, start": "sdpgrind.plunge._control.control_kernels:start_control",
-    "torque": "sdpgrind.finishing.torque._controller_kernels:controller_step",
+    "torque": "sdpgrind.finishing.torque._controller_kernels:command_step",
     "force": "sdpgrind.weldbead.force._kernels:control_step",
     "table of a locus": "sdpgrind.locus._trace.table_kernels:look_up",
     "policy": "sdpgrind.sdp._policy.look_up_kernels:act",
     "policy, one state": "sdpgrind.sdp._policy.single_kernels:act_at",
     "policy, value of one state": "sdpgrind.sdp._policy.single_kernels:value_at",
+    "estimator of a circle": "centering.circle._estimator.update_kernels:update_step",
+    "validity of its estimate": "centering.circle._estimator.validity_kernels:judge",
+    "strategy of pushes": "centering.cycle._strategy.lookup_kernels:choose",
 }
 
 
 def kernels(step):
-    """Kernels that a step consists of, by name."""
+    """Kernels that a step consists of, by name; code of numba's own, such as `uncounted`, has no options."""
     module, name = STEPS[step].split(":")
-    return {one.__name__: one for one in reached(getattr(import_module(module), name))}
+    parts = reached(getattr(import_module(module), name))
+    return {one.__name__: one for one in parts if hasattr(one, "targetoptions")}
 
 
 def source(kernel):
