@@ -87,8 +87,8 @@ def test_a_device_is_no_file_and_a_link_stays_one(tmp_path):
 def test_a_saved_and_loaded_file_is_closed(tmp_path):
     data = xr.Dataset({"x": ("k", [1.0])})
     records.write(data, tmp_path / "file.nc", "test")
-    before = sorted(os.listdir("/proc/self/fd"))
+    before = sorted(Path("/proc/self/fd").iterdir())
     for _ in range(3):
         records.write(data, tmp_path / "file.nc", "test")
         records.read(tmp_path / "file.nc")
-    assert sorted(os.listdir("/proc/self/fd")) == before
+    assert sorted(Path("/proc/self/fd").iterdir()) == before
