@@ -28,6 +28,8 @@ from .path._hilbert import hilbert as hilbert
 from .path._path import Path as Path
 from .path._zigzag import zigzag as zigzag
 from .study._study import Study as Study
+from .surface._patch import Patch as Patch
+from .surface._read import read_surfaces as read_surfaces
 from .surface._surface import Surface as Surface
 from .torque._axis import TorqueAxis as TorqueAxis
 from .torque._controller import TorqueController as TorqueController

@@ -1,0 +1,93 @@
+"""Surfaces from a user's file, by its ending."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from sdpgrind.base import checks
+from sdpgrind.finishing.surface._patch import Patch
+from sdpgrind.finishing.surface._step.faces import patches
+
+STEP = (".step", ".stp", ".p21")
+MESHES = (".stl", ".ply", ".obj")
+POINTS = (".xyz", ".csv", ".npy")
+LARGEST = 500_000_000  # bytes, chosen: a larger text needs some 20 GB as entities
+
+
+class Part(tuple[Patch, ...]):
+    """Patches of a file, in its order.
+
+    Examples
+    --------
+    >>> from sdpgrind import finishing as fin
+    >>> fin.surface.Part([fin.Patch(fin.surface.flat_surface(10.0))])
+    Part(1 patch, 100 mm^2)
+    """
+
+    __slots__ = ()
+
+    @property
+    def area(self) -> float:
+        """Area of all patches, mm^2."""
+        return float(sum(each.area for each in self))
+
+    def __repr__(self) -> str:
+        return f"Part({len(self)} patch{'es' if len(self) != 1 else ''}, {self.area:.6g} mm^2)"
+
+
+def read_surfaces(path: str | os.PathLike[str], region: Any = None) -> Part:
+    """Read the faces of a STEP file as patches, mm.
+
+    B-spline surfaces keep their control nets; planes, cylinders, cones, spheres and tori become exact
+    rational patches over the box of their loops. The loops are the edges, projected onto the surface:
+    polygons within 0.5 um of them. The file's units are converted, placements of assemblies applied; a part
+    that is there twice gives its faces twice. Offset, swept and revolved surfaces are refused. PCURVEs,
+    colours, names of parts and tolerances are not read.
+
+    Parameters
+    ----------
+    path : str or path
+        File with the ending .step, .stp or .p21.
+    region : optional
+        Part of a mesh or of points; None for STEP files, whose faces are all read.
+
+    Returns
+    -------
+    Part
+        Tuple of `Patch`.
+
+    Raises
+    ------
+    ValueError
+        When the file has another format, is damaged (the message names the line), names no unit of length,
+        or holds a face that is not read (number and type of the entity, and the faces that are read).
+    FileNotFoundError
+        When there is no such file.
+    """
+    file = checks.path("path", path)
+    ending = file.suffix.lower()
+    if ending in MESHES + POINTS:
+        return _points(file, region)
+    if ending not in STEP:
+        raise checks.refuse("path", f"a file of {', '.join(STEP + MESHES + POINTS)}", file.name)
+    if region is not None:
+        raise checks.refuse("region", "None for a STEP file; choose among its patches", region)
+    return Part(_step(file))
+
+
+def _points(file: Path, region: Any) -> Part:
+    """Patches of a mesh or of points."""
+    raise checks.refuse("path", f"a STEP file ({', '.join(STEP)}); meshes and points are not read", file.name)
+
+
+def _step(file: Path) -> tuple[Patch, ...]:
+    """Patches of a STEP file."""
+    if file.stat().st_size > LARGEST:
+        raise checks.refuse("path", f"a file of at most {LARGEST} bytes", file.stat().st_size)
+    try:
+        return patches(file.read_text(encoding="latin-1"))
+    except ValueError as error:
+        raise ValueError(f"path must be a STEP file that can be read; {file.name}: {error}") from error
+    except RecursionError:
+        rule = "a STEP file whose entities do not refer to themselves"
+        raise checks.refuse("path", rule, file.name) from None
