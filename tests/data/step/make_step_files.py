@@ -45,7 +45,7 @@ def spline(net, degree, weights=None):
     occ, (nu, nv) = gmsh.model.occ, net.shape[:2]
     tags = [occ.addPoint(*net[i, j]) for j in range(nv) for i in range(nu)]
     told = [] if weights is None else [weights[i, j] for j in range(nv) for i in range(nu)]
-    ends = [np.unique(clamped(n, p), return_counts=True) for n, p in zip((nu, nv), degree)]
+    ends = [np.unique(clamped(n, p), return_counts=True) for n, p in zip((nu, nv), degree, strict=True)]
     knots = {"knotsU": ends[0][0], "multiplicitiesU": ends[0][1]}
     knots |= {"knotsV": ends[1][0], "multiplicitiesV": ends[1][1]}
     return occ.addBSplineSurface(tags, nu, degreeU=degree[0], degreeV=degree[1], weights=told, **knots)

@@ -16,7 +16,7 @@ FLAT = 1e-12  # of the domain's area, chosen: a polygon without area
 
 
 def closed(name: str, value: Any, domain: Floats) -> Floats:
-    """Return a closed polygon (n, 2) in a domain [[u0, u1], [v0, v1]], its last place its first, read-only."""
+    """Return a polygon (n, 2) in a domain [[u0, u1], [v0, v1]], its last place its first, read-only."""
     places = np.array(checks.finite_array(name, value))
     if places.ndim != 2 or places.shape[1] != 2 or len(places) < 4:
         raise checks.refuse(name, "of shape (n, 2), n >= 4, its last place its first", places.shape)

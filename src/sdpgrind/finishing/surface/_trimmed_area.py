@@ -14,6 +14,7 @@ from sdpgrind.finishing.surface._polygons import sides
 from sdpgrind.finishing.surface._surface import Surface
 
 ALONG = 4  # chosen: Gauss points on a side between knot lines
+PARTS, MOST = 8, 64  # chosen: parts of a knot span that a piece of a side is at most; pieces of a side
 ACROSS = 16  # chosen: Gauss points over a knot span
 BLOCK = 2**18  # chosen: places at once, for memory
 
@@ -21,7 +22,7 @@ BLOCK = 2**18  # chosen: places at once, for memory
 def area_within(surface: Surface, polygons: Sequence[Floats]) -> float:
     """Return the area within polygons, mm^2: counter-clockwise ones count, clockwise ones are taken off."""
     pieces = _cut(sides(polygons), surface.breaks)
-    pieces = pieces[pieces[:, 1] != pieces[:, 3]]
+    pieces = _shortened(pieces[pieces[:, 1] != pieces[:, 3]], surface.breaks)
     x, weight = np.polynomial.legendre.leggauss(ALONG)
     share = (1 + x) / 2
     u = pieces[:, :1] + share * (pieces[:, 2:3] - pieces[:, :1])
@@ -47,6 +48,18 @@ def _halves(ends: Floats, axis: int, place: float) -> tuple[Floats, Floats]:
     middle = ends[:, :2] + t[:, None] * (ends[:, 2:] - ends[:, :2])
     middle[:, axis] = place
     return np.hstack([ends[:, :2], middle]), np.hstack([middle, ends[:, 2:]])
+
+
+def _shortened(ends: Floats, breaks: tuple[Floats, Floats]) -> Floats:
+    """Sides (n, 4) in equal parts of at most 1 / `PARTS` of the least knot span."""
+    least = np.array([np.diff(each).min() for each in breaks])
+    way = ends[:, 2:] - ends[:, :2]
+    parts = np.clip(np.ceil(np.abs(way / least).max(axis=1) * PARTS), 1, MOST).astype(int)
+    side = np.repeat(np.arange(len(ends)), parts)
+    number = np.arange(side.size) - np.repeat(np.cumsum(parts) - parts, parts)
+    first, last = ((number + k)[:, None] / parts[side, None] for k in (0, 1))
+    begin = ends[side, :2]
+    return np.hstack([begin + first * way[side], begin + last * way[side]])
 
 
 def _integral(surface: Surface, u: Floats, v: Floats) -> Floats:

@@ -1,6 +1,5 @@
 """Entities of a STEP file with checked access to their values."""
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
@@ -10,6 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._step.text import Entity, Enumeration, Record, Reference, StepText
 
 Item = TypeVar("Item")
+LARGEST = 1e30  # chosen: beyond all lengths, and its eighth power is a float
 
 
 class Row:
@@ -50,8 +50,8 @@ class Row:
         if isinstance(value, Record) and len(value.values) == 1:
             value = value.values[0]
         number = self._of_kind(place, value, float, "a number")
-        if not math.isfinite(number):
-            raise self.refused(f"must have finite numbers; got {number}")
+        if not abs(number) < LARGEST:
+            raise self.refused(f"must have numbers below {LARGEST:g}; got {number:g}")
         return number
 
     def count(self, place: int) -> int:

@@ -1,6 +1,7 @@
 """Loops of a face as polygons in the parameters of its surface: seams, poles, loops around a surface."""
 
 from collections import Counter
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -58,7 +59,7 @@ def _chained(loop: Row, chains: list[EdgeChain], carrier: Carrier, sense: int) -
     """Join chains end to start, over seams and at poles."""
     out = [chains[0].uv]
     gaps = []
-    for before, here in zip(chains, chains[1:], strict=False):
+    for before, here in pairwise(chains):
         end = out[-1][-1]
         uv = here.uv + _shift(end, here.uv[0], carrier)
         if before.edge == here.edge:

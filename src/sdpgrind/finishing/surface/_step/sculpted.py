@@ -89,8 +89,8 @@ class Sculpted:
         right = np.einsum("nkc,nc->nk", tangents, points - there.point)
         blocked = ((uv <= self._low) & (right < 0)) | ((uv >= self._high) & (right > 0))
         normal[blocked[:, :, None] | blocked[:, None, :]] = 0.0
-        normal += np.eye(2) * (DAMPED * np.trace(normal, axis1=1, axis2=2) + 1e-300)[:, None, None]
-        normal += blocked[:, :, None] * np.eye(2)
+        least = DAMPED * np.trace(normal, axis1=1, axis2=2) + 1e-300
+        normal[:, (0, 1), (0, 1)] += least[:, None] + blocked
         step: Floats = np.linalg.solve(normal, np.where(blocked, 0.0, right)[..., None])[..., 0]
         return step
 
