@@ -16,6 +16,7 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._choice import RobotChoice, choose
 from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
 from sdpgrind.finishing.arm._robot import Robot
+from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.timing._joint_path import JointPath
@@ -27,6 +28,7 @@ METHODS = ("trapezoid", "toppra", "min_time")
 ENDLESS = 1e6  # mm, chosen: half the travel of a table without limits, far beyond any arm
 # Least samples of a leg, and mm between them; chosen: a spline through the joints follows the path.
 FEWEST, STEP = 8, 0.25
+STILL = 1e-6  # mm and 1, chosen: change of a pose between two runs that is none
 JOINTS_SHARE = 0.3  # chosen: portion of progress for the joints; with "trapezoid" they take most of the time
 
 
@@ -45,7 +47,7 @@ def plan(
     acceleration, by the package toppra (extra ``toppra``). ``"min_time"``: fastest law under the limits of
     speed, acceleration and jerk; slower than a trapezoid (no limit of jerk) where there are many corners;
     ``jerk_max=None``: no limit of jerk. All three rest at sharp corners; ``path.blended()`` has none, and
-    suits the last two.
+    suits the last two. Straight lines of a lift are runs at its ``air_feed``; the limits hold there, too.
 
     Parameters
     ----------
@@ -93,16 +95,16 @@ def plan(
         jerk_max=robot.jerk_max if method == "min_time" else None,
     )
     pace = problem.acceleration if method == "trapezoid" else None
-    runs = runs_of(samples, chosen.joints)
+    runs, feeds = runs_of(samples, chosen.joints), _feeds(problem, samples)
     laws = time_laws(
         runs,
         limits,
-        feed_rate=problem.feed_rate,
+        feed_rate=feeds,
         acceleration=pace,
         method=method,
         progress=portion(progress, JOINTS_SHARE, 1.0),
     )
-    worst = worst_violation(runs, laws, limits=limits, feed_rate=problem.feed_rate)
+    worst = worst_violation(runs, laws, limits=limits, feed_rate=feeds)
     begun = sum(law.duration for law in laws[: worst.run])
     table = rows(problem, runs, laws)
     free = {name: np.full(table.sizes["row"], value) for name, value in chosen.free.items()}
@@ -115,7 +117,16 @@ def plan(
     return motion
 
 
-def _per_leg(path: Path) -> int:
+def _feeds(problem: FinishingProblem, samples: PathSamples) -> float | list[float]:
+    """Greatest feed of the process, or of each run where some are through the air, mm/s."""
+    path = problem.path
+    if not isinstance(path, LiftedPath):
+        return problem.feed_rate
+    on_work = [bool(piece.any()) for piece in np.split(samples.contact, _cuts(samples))]
+    return [problem.feed_rate if each else path.lift.air_feed for each in on_work]
+
+
+def _per_leg(path: Path | LiftedPath) -> int:
     """Samples of a leg, at most `STEP` mm apart; the joints are smooth only between knots of the surface."""
     longest = float(np.diff(path.sample(per_leg=1).length).max())
     return max(FEWEST, math.ceil(longest / STEP))
@@ -125,7 +136,7 @@ def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[RobotCh
     """Return branch and joints of the robot at every sample, and the placement (mm, rad)."""
     poses = problem.tool_poses(samples)
     if problem.heading == "feed_aligned":
-        _refuse_corners(problem, np.split(poses, _cuts(samples)))
+        _refuse_corners(problem, np.split(poses, _turns(samples, poses)))
     place = problem.placement if problem.placement is not None else _centred(problem, poses)
     return _chosen(problem, problem.robot, placed(poses, place)), place
 
@@ -194,6 +205,12 @@ def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
 def _cuts(samples: PathSamples) -> Any:
     """Indices of the starts of new runs."""
     return np.flatnonzero(np.diff(samples.run)) + 1
+
+
+def _turns(samples: PathSamples, poses: Floats) -> Any:
+    """Indices of the starts of runs at which the tool turns; in the air it rests there without."""
+    cuts = _cuts(samples)
+    return cuts[np.abs(poses[cuts] - poses[cuts - 1]).max(axis=(1, 2)) > STILL]
 
 
 def runs_of(samples: PathSamples, joints: Floats) -> list[JointPath]:

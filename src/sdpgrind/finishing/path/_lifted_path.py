@@ -260,7 +260,9 @@ class LiftedPath(Described, ByValue):
         """Return the quality of the pieces over the trimmed area, mm; see `Path.metrics`."""
         from sdpgrind.finishing.path._metrics import metrics
 
-        return metrics(self, footprint_radius, surface_step, path_step)
+        return metrics(
+            self, footprint_radius, surface_step, path_step, pieces=self.pieces, patch=self.patch
+        )
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the path with its lifts in three dimensions, mm, in the axes `ax` or a new figure."""

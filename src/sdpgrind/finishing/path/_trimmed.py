@@ -1,6 +1,5 @@
 """Passes and curves cut at the trimming of a patch."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -147,24 +146,3 @@ def _along(span: Span, c: float, columns: Floats) -> Floats:
     inner = columns[(columns > span.low + room) & (columns < span.high - room)]
     s = np.concatenate([[span.low], inner, [span.high]])
     return np.stack([s, np.full(s.size, c)], axis=1)
-
-
-def kept_runs(region: TrimmedSquare, nodes: Floats, legs: Bools) -> list[Floats]:
-    """Return the pieces (n, 2) of a curve whose nodes are inside, cut where a leg is not (`legs`)."""
-    inside = region.inside(nodes)
-    joined = inside[1:] & inside[:-1] & legs
-    cuts = np.flatnonzero(~joined) + 1
-    return [run for run in np.split(nodes, cuts) if len(run) > 1]
-
-
-def clear_legs(region: TrimmedSquare, nodes: Floats, per_leg: int) -> Bools:
-    """Return which straight legs between nodes stay inside, by places on each."""
-    share = np.linspace(0.0, 1.0, per_leg + 1)[1:-1, None]
-    places = nodes[:-1, None] + share * (nodes[1:] - nodes[:-1])[:, None]
-    return region.inside(places.reshape(-1, 2)).reshape(len(nodes) - 1, -1).all(axis=1)
-
-
-def pieces_joined(pieces: Sequence[Floats]) -> tuple[Floats, tuple[int, ...]]:
-    """Return the nodes of all pieces in sequence, and the index of each first one."""
-    sizes = np.array([len(each) for each in pieces])
-    return np.concatenate(list(pieces)), tuple(int(k) for k in np.cumsum(sizes) - sizes)

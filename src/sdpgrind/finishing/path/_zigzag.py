@@ -5,15 +5,15 @@ from typing import overload
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._geodesic_passes import geodesic_nodes
 from sdpgrind.finishing.path._lift import Lift
 from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._passes import PathPass, joined
 from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._pieces import lifted, patch_of
 from sdpgrind.finishing.path._spacing import Gaps, equal_spacing, even_spacing
 from sdpgrind.finishing.path._square import Square
-from sdpgrind.finishing.path._trimmed import TrimmedSquare, pieces_joined, trimmed_passes
+from sdpgrind.finishing.path._trimmed import TrimmedSquare, trimmed_passes
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
 
@@ -130,28 +130,6 @@ def zigzag(
         surface, nodes, mapping=square.mapping, pattern="zigzag", corners=given, smooth=given is not None
     )
     return path if lift is None else LiftedPath(patch, path, lift=checks.kind("lift", lift, Lift))
-
-
-def patch_of(surface: Surface | Patch) -> Patch:
-    """Return a patch, of a surface without trimming."""
-    if isinstance(surface, Patch):
-        return surface
-    return Patch(checks.kind("surface", surface, Surface, " or a Patch"))
-
-
-def lifted(
-    patch: Patch, pieces: list[Floats], mapping: str, pattern: str, lift: Lift | None
-) -> LiftedPath:
-    """Return the path through the nodes of pieces in the unit square."""
-    if not pieces:
-        raise ValueError(
-            "surface must be wide enough for a path: its trimming leaves no part longer than the margin and a"
-            " pitch; take a smaller pitch (mm) or margin (mm)"
-        )
-    nodes, starts = pieces_joined(pieces)
-    path = Path(patch.surface, nodes, mapping=mapping, pattern=pattern)
-    how = Lift() if lift is None else checks.kind("lift", lift, Lift)
-    return LiftedPath(patch, path, starts=starts, lift=how)
 
 
 def _refuse_trimmed(mapping: str, radius: float) -> None:
