@@ -39,7 +39,7 @@ def test_area_across_knots_of_a_curved_surface():
 def test_area_of_a_strip_of_a_sphere_and_a_cylinder():
     """A strip between two lines of constant v is a zone: its area is that of the same share of height."""
     ball = sphere_surface(10.0)
-    (u0, u1), (v0, v1) = ball.domain
+    (u0, u1), (v0, _) = ball.domain
     for side in ((v0, 0.5), (0.2, 0.7)):
         strip = [(u0, side[0]), (u1, side[0]), (u1, side[1]), (u0, side[1]), (u0, side[0])]
         height = np.abs(np.diff(ball.point(u0, np.array(side))[:, 2]))[0]

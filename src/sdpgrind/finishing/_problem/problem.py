@@ -44,7 +44,9 @@ def _place(name: str, value: Any) -> tuple[float, ...]:
 
 
 def _path(name: str, value: Any) -> Path | LiftedPath:
-    return value if isinstance(value, LiftedPath) else checks.kind(name, value, Path, " (see finishing.hilbert)")
+    return (
+        value if isinstance(value, LiftedPath) else checks.kind(name, value, Path, " (see finishing.hilbert)")
+    )
 
 
 def _robot(name: str, value: Any) -> Robot:

@@ -36,7 +36,13 @@ def blocks_of(run: Run, deviation: float, lever: float) -> Blocks:
     points = run.points[picks]
     feeds = np.diff(run.length[picks]) / np.diff(run.time[picks])
     ends = picks[1:]
-    return Blocks(points[1:], run.turns[ends], feeds, _blends(points, run.turns[picks], half - ROUNDED, lever), run.joints[ends])
+    return Blocks(
+        points[1:],
+        run.turns[ends],
+        feeds,
+        _blends(points, run.turns[picks], half - ROUNDED, lever),
+        run.joints[ends],
+    )
 
 
 def _greedy(run: Run, tolerance: float, lever: float) -> list[int]:

@@ -1,10 +1,10 @@
 """Moves of the tool through the air: arcs off and onto the work, straight lines between them.
 
 An arc is the quintic with place, direction and curvature of the path at the contact, and the direction of the
-straight line without curvature at its other end. The tool goes on turning there as on the work, and settles:
-with the share x of the arc's length L behind, its rotation vector is ``w L f(x) + w' L^2 g(x)`` for the
-angular velocity w and its rate w' (a mm) at the contact, f' = (1 - x)^2 (1 + 2 x) and g' = x (1 - x)^2; so that
-rate and acceleration of the turn are continuous at the contact, and 0 at the other end.
+straight line without curvature at its other end. The tool goes on turning there as on the work, and
+settles: with the share x of the arc's length L behind, its rotation vector is ``w L f(x) + w' L^2 g(x)`` for
+the angular velocity w and its rate w' (a mm) at the contact, f' = (1 - x)^2 (1 + 2 x), g' = x (1 - x)^2; so
+that rate and acceleration of the turn are continuous at the contact, and 0 at the other end.
 """
 
 from dataclasses import dataclass, replace
@@ -72,7 +72,7 @@ class AirMove:
         return arc_length(self._speed, np.zeros(1, dtype=np.intp), none, whole, GAUSS, size)
 
     def _speed(self, piece: Ints, t: Floats) -> Floats:
-        return np.linalg.norm(self._derivative(t, 1), axis=1)
+        return np.asarray(np.linalg.norm(self._derivative(t, 1), axis=1))
 
     def _derivative(self, t: Floats, order: int) -> Floats:
         polynomial = np.polynomial.polynomial.polyder(self.coefficients, order)
@@ -152,7 +152,7 @@ def across(before: AirMove, after: AirMove, height: float) -> AirMove | None:
 
 
 def _quintic(p: Floats, v: Floats, a: Floats, q: Floats, w: Floats) -> Floats:
-    """Coefficients (6, 3) from place, velocity and acceleration to place and velocity without acceleration."""
+    """Coefficients (6, 3) from place, velocity, acceleration to place and velocity without acceleration."""
     d, e, f = q - p - v - 0.5 * a, w - v - a, -a
     return np.stack([p, v, 0.5 * a, 10 * d - 4 * e + 0.5 * f, -15 * d + 7 * e - f, 6 * d - 3 * e + 0.5 * f])
 

@@ -2,6 +2,7 @@
 
 from dataclasses import KW_ONLY
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -35,7 +36,7 @@ class Stretch(NamedTuple):
 
 def _starts(name: str, value: Any) -> tuple[int, ...]:
     found = tuple(int(checks.count(f"{name}[{k}]", each, 0)) for k, each in enumerate(value))
-    if not found or found[0] != 0 or any(b - a < 2 for a, b in zip(found, found[1:], strict=False)):
+    if not found or found[0] != 0 or any(b - a < 2 for a, b in pairwise(found)):
         raise checks.refuse(name, "first nodes of pieces of two or more nodes, from 0", found)
     return found
 
@@ -82,7 +83,9 @@ class LiftedPath(Described, ByValue):
         if self.path.surface != self.patch.surface:
             raise checks.refuse("path", "on the surface of the patch", self.path)
         if self.starts[-1] > len(self.path.nodes) - 2:
-            raise checks.refuse("starts", f"<= {len(self.path.nodes) - 2}, two nodes before the last", self.starts)
+            raise checks.refuse(
+                "starts", f"<= {len(self.path.nodes) - 2}, two nodes before the last", self.starts
+            )
 
     def __repr__(self) -> str:
         count = len(self.starts)
@@ -172,7 +175,9 @@ class LiftedPath(Described, ByValue):
     @property
     def runs(self) -> Ints:
         """First and last node of each smooth run on the work, (r, 2)."""
-        return np.concatenate([first + each.runs for first, each in zip(self.starts, self.pieces, strict=True)])
+        return np.concatenate(
+            [first + each.runs for first, each in zip(self.starts, self.pieces, strict=True)]
+        )
 
     def frames(self) -> Floats:
         """Return contact frames (k, 4, 4) at the nodes of all pieces, mm; see `Path.frames`."""
@@ -224,7 +229,8 @@ class LiftedPath(Described, ByValue):
         order = np.argsort(which, kind="stable")
         found = [self._of(self._course[k], lengths[order[which[order] == k]]) for k in np.unique(which)]
         back = np.argsort(order, kind="stable")
-        return PathSamples(*(column[back] for column in _joined(found)))
+        joined = _joined(found)
+        return PathSamples._make(column[back] for column in joined)
 
     def _of(self, stretch: Stretch, lengths: Floats) -> PathSamples:
         """Samples on one stretch."""
@@ -260,9 +266,7 @@ class LiftedPath(Described, ByValue):
         """Return the quality of the pieces over the trimmed area, mm; see `Path.metrics`."""
         from sdpgrind.finishing.path._metrics import metrics
 
-        return metrics(
-            self, footprint_radius, surface_step, path_step, pieces=self.pieces, patch=self.patch
-        )
+        return metrics(self, footprint_radius, surface_step, path_step, pieces=self.pieces, patch=self.patch)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the path with its lifts in three dimensions, mm, in the axes `ax` or a new figure."""
@@ -294,4 +298,4 @@ def _in_air(stretch: Stretch, lengths: Floats) -> PathSamples:
 
 def _joined(parts: list[PathSamples]) -> PathSamples:
     """Samples of several stretches in sequence."""
-    return PathSamples(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    return PathSamples._make(np.concatenate(columns) for columns in zip(*parts, strict=True))

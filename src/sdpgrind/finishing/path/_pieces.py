@@ -25,9 +25,7 @@ def patch_of(surface: Surface | Patch) -> Patch:
     return Patch(checks.kind("surface", surface, Surface, " or a Patch"))
 
 
-def lifted(
-    patch: Patch, pieces: list[Floats], mapping: str, pattern: str, lift: Lift | None
-) -> LiftedPath:
+def lifted(patch: Patch, pieces: list[Floats], mapping: str, pattern: str, lift: Lift | None) -> LiftedPath:
     """Return the path through the nodes of pieces in the unit square."""
     if not pieces:
         raise ValueError(

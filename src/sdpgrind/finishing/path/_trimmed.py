@@ -43,7 +43,7 @@ class TrimmedSquare:
 
     def _speed(self, s: Floats, c: float) -> Floats:
         """Length a unit of s along a line, mm."""
-        return np.linalg.norm(self._square.tangents(s, np.full(s.shape, c))[0], axis=-1)
+        return np.asarray(np.linalg.norm(self._square.tangents(s, np.full(s.shape, c))[0], axis=-1))
 
     def spans(self, line: int, c: float, margin: float) -> list[Span]:
         """Return the parts of the line at c that are inside, pulled in by a margin, mm."""

@@ -85,14 +85,14 @@ class Sculpted:
         there = self.surface.derivatives(uv[:, 0], uv[:, 1])
         tangents = np.stack([there.u, there.v], axis=1)
         # a side that blocks the way of one parameter leaves the other its own step
-        normal: Floats = tangents @ np.swapaxes(tangents, 1, 2)
+        normal = np.asarray(tangents @ np.swapaxes(tangents, 1, 2), dtype=float)
         right = np.einsum("nkc,nc->nk", tangents, points - there.point)
         blocked = ((uv <= self._low) & (right < 0)) | ((uv >= self._high) & (right > 0))
         normal[blocked[:, :, None] | blocked[:, None, :]] = 0.0
         least = DAMPED * np.trace(normal, axis1=1, axis2=2) + 1e-300
         normal[:, (0, 1), (0, 1)] += least[:, None] + blocked
-        step: Floats = np.linalg.solve(normal, np.where(blocked, 0.0, right)[..., None])[..., 0]
-        return step
+        found = np.linalg.solve(normal, np.where(blocked, 0.0, right)[..., None])
+        return np.asarray(found[..., 0], dtype=float)
 
     def points(self, uv: Floats) -> Floats:
         """Return the points (n, 3), mm; beyond a seam those of the other side."""
