@@ -14,8 +14,6 @@ from sdpgrind.base.stored import decode, encode
 from sdpgrind.finishing import (
     FinishingProblem,
     Lift,
-    LiftedPath,
-    Patch,
     TorqueAxis,
     TorqueController,
     hilbert,
@@ -23,7 +21,8 @@ from sdpgrind.finishing import (
     read_surfaces,
     zigzag,
 )
-from sdpgrind.finishing.surface import flat_surface, nominal_surface
+from sdpgrind.finishing.path import LiftedPath
+from sdpgrind.finishing.surface import Patch, flat_surface, nominal_surface
 
 FLAT = flat_surface(30.0)
 TURN = np.linspace(0, -2 * np.pi, 181)

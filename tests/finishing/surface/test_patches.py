@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.base.stored import decode, encode
-from sdpgrind.finishing import Patch
-from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface
+from sdpgrind.finishing.surface import Patch, cylinder_surface, flat_surface, nominal_surface, sphere_surface
 
 FLAT = flat_surface(50.0)
 SQUARE = [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9), (0.1, 0.1)]

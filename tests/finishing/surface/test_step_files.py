@@ -12,8 +12,8 @@ from step_areas import (
     segment,
 )
 
-from sdpgrind.finishing import Patch, Surface, read_surfaces
-from sdpgrind.finishing.surface import Part, nominal_surface
+from sdpgrind.finishing import Surface, read_surfaces
+from sdpgrind.finishing.surface import Part, Patch, nominal_surface
 
 FILES = Path(__file__).parents[2] / "data" / "step"
 DIE = nominal_surface()

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from step_texts import NODES, plate, saddle, step_text
 
-from sdpgrind.finishing import Patch, Surface, read_surfaces
+from sdpgrind.finishing import Surface, read_surfaces
+from sdpgrind.finishing.surface import Patch
 
 PLATE = step_text(plate())
 AREA = 1200.0  # mm^2, of the plate

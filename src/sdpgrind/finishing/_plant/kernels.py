@@ -27,7 +27,7 @@ FORCE, FEED, HEIGHT, TICKS, TOUCHED, SAMPLES, EVERY = range(14, 21)
 COUNT, FORCE_MEAN, FORCE_SQUARES, FORCE_MIN, FORCE_MAX, LIFTED, FEED_MEAN, FEED_SQUARES, DEVIATION = range(
     21, 30
 )
-AIR = 30  # clearance, mm: the surface is farther from the planned tip by it
+AIR = 30  # derived: place of the clearance, mm, by which the surface is farther from the planned tip
 STATES = 31  # derived: number of places above
 
 TRACE = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 LEG = 2.0  # mm, chosen: a move through the air counts as legs of at most this length
 
 
-class Stretch(NamedTuple):
+class PathStretch(NamedTuple):
     """A piece or a move of a lifted path: its first run, length before it, and length, mm."""
 
     thing: Path | AirMove
@@ -58,7 +58,7 @@ class LiftedPath(Described, ByValue):
     starts : sequence of int
         Index of the first node of each piece, from 0.
     lift : Lift
-        The lifts.
+        The lifts, mm.
 
     Raises
     ------
@@ -103,16 +103,16 @@ class LiftedPath(Described, ByValue):
         )
 
     @cached_property
-    def _course(self) -> tuple[Stretch, ...]:
+    def _course(self) -> tuple[PathStretch, ...]:
         """Moves and pieces in sequence."""
-        found: list[Stretch] = []
+        found: list[PathStretch] = []
         run, before = 0, 0.0
         down = [put_down(contact_end(piece, -1), self.lift) for piece in self.pieces]
         off = [lifted_off(contact_end(piece, 1), self.lift) for piece in self.pieces]
 
         def add(thing: Path | AirMove, new: int) -> None:
             nonlocal run, before
-            found.append(Stretch(thing, run, before, thing.length))
+            found.append(PathStretch(thing, run, before, thing.length))
             run, before = run + new, before + thing.length
 
         for k, piece in enumerate(self.pieces):
@@ -138,12 +138,12 @@ class LiftedPath(Described, ByValue):
 
     @property
     def mapping(self) -> str:
-        """Square on the surface."""
+        """Square on the surface (dimensionless)."""
         return self.path.mapping
 
     @property
     def pattern(self) -> str:
-        """Name of the pattern."""
+        """Name of the pattern (no unit)."""
         return self.path.pattern
 
     @property
@@ -232,7 +232,7 @@ class LiftedPath(Described, ByValue):
         joined = _joined(found)
         return PathSamples._make(column[back] for column in joined)
 
-    def _of(self, stretch: Stretch, lengths: Floats) -> PathSamples:
+    def _of(self, stretch: PathStretch, lengths: Floats) -> PathSamples:
         """Samples on one stretch."""
         own = np.clip(lengths - stretch.before, 0.0, stretch.length)
         if isinstance(stretch.thing, AirMove):
@@ -241,7 +241,7 @@ class LiftedPath(Described, ByValue):
         return found._replace(run=found.run + stretch.run, length=found.length + stretch.before)
 
     def reversed(self) -> Self:
-        """Return the path from its end to its start."""
+        """Return the path from its end to its start, mm."""
         count = len(self.path.nodes)
         ends = (*self.starts[1:], count)
         starts = tuple(sorted(count - end for end in ends))
@@ -263,7 +263,15 @@ class LiftedPath(Described, ByValue):
     def metrics(
         self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None
     ) -> "PathMetrics":
-        """Return the quality of the pieces over the trimmed area, mm; see `Path.metrics`."""
+        """Return the quality of the pieces over the trimmed area; see `Path.metrics`.
+
+        Parameters
+        ----------
+        footprint_radius : float
+            Greatest straight distance of the tool's effect from the path, mm; see `ball_footprint`.
+        surface_step, path_step : float, optional
+            Greatest sampling of surface and path, mm.
+        """
         from sdpgrind.finishing.path._metrics import metrics
 
         return metrics(self, footprint_radius, surface_step, path_step, pieces=self.pieces, patch=self.patch)
@@ -280,7 +288,7 @@ def _inner(move: AirMove, places: Floats) -> Floats:
     return places[:-1] if move.back else places[1:]
 
 
-def _in_air(stretch: Stretch, lengths: Floats) -> PathSamples:
+def _in_air(stretch: PathStretch, lengths: Floats) -> PathSamples:
     """Samples of a move through the air."""
     assert isinstance(stretch.thing, AirMove)  # the caller knows
     there = stretch.thing.at(lengths)

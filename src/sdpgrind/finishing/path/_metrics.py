@@ -108,7 +108,7 @@ class Line(NamedTuple):
     last: Ints
 
 
-class Covered(NamedTuple):
+class CoveredArea(NamedTuple):
     """What a path covers: a surface, or a trimmed part of it."""
 
     surface: Surface
@@ -145,7 +145,7 @@ def metrics(
     _refuse_work("path_step", on_path, length / on_path, PATH_PITCH)
     steps = np.concatenate([np.linalg.norm(np.diff(each.points, axis=0), axis=1) for each in own])
     areas = None if len(own) > 1 or (patch is not None and patch.trim) else cell_areas(own[0])
-    covered = Covered(path.surface, patch)
+    covered = CoveredArea(path.surface, patch)
     coverage, furthest = _coverage(covered, _line(own, on_path), radius, on_surface)
     return PathMetrics(
         length=length,
@@ -187,7 +187,7 @@ def _line(pieces: Sequence[CellRoute], step: float) -> Line:
     return Line(np.concatenate(points), np.repeat(ends - sizes, sizes), np.repeat(ends - 1, sizes))
 
 
-def _coverage(covered: Covered, line: Line, radius: float, surface_step: float) -> tuple[float, float]:
+def _coverage(covered: CoveredArea, line: Line, radius: float, surface_step: float) -> tuple[float, float]:
     """Share of the area within the radius, and greatest distance from the path."""
     tree = cKDTree(line.point, balanced_tree=False, compact_nodes=False)
     inside = area = 0.0
@@ -205,7 +205,7 @@ def _coverage(covered: Covered, line: Line, radius: float, surface_step: float) 
     return inside / area, max(_furthest(covered, line, tree, cell) for cell in cells)
 
 
-def _furthest(covered: Covered, line: Line, tree: cKDTree, cell: Floats) -> float:
+def _furthest(covered: CoveredArea, line: Line, tree: cKDTree, cell: Floats) -> float:
     """Greatest distance from the path in and around a cell [[u0, u1], [v0, v1]], on ever finer lattices."""
     domain = np.array(covered.surface.domain)
     half, middle = np.diff(cell, axis=1), cell.mean(axis=1, keepdims=True)

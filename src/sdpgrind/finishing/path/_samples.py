@@ -49,5 +49,5 @@ class PathSamples(NamedTuple):
 
     @property
     def contact(self) -> Bools:
-        """Whether the tool is on the work, (m,)."""
+        """Whether the tool is on the work: clearance 0 mm, (m,)."""
         return self.clearance <= 0.0

@@ -39,7 +39,7 @@ class Patch(Described):
 
     >>> from sdpgrind import finishing as fin
     >>> hole = [(0.2, 0.2), (0.2, 0.6), (0.6, 0.2), (0.2, 0.2)]
-    >>> patch = fin.Patch(fin.surface.flat_surface(50.0), [hole])
+    >>> patch = fin.surface.Patch(fin.surface.flat_surface(50.0), [hole])
     >>> round(patch.area, 6), patch.contains([0.3, 0.7], 0.3).tolist()  # mm^2
     (2300.0, [False, True])
     """

@@ -17,10 +17,15 @@ LARGEST = 500_000_000  # bytes, chosen: a larger text needs some 20 GB as entiti
 class Part(tuple[Patch, ...]):
     """Patches of a file, in its order.
 
+    Parameters
+    ----------
+    iterable : iterable of Patch
+        The patches, mm.
+
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.surface.Part([fin.Patch(fin.surface.flat_surface(10.0))])
+    >>> fin.surface.Part([fin.surface.Patch(fin.surface.flat_surface(10.0))])
     Part(1 patch, 100 mm^2)
     """
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import lasting
+from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described
 from sdpgrind.finishing.surface import _area as area
@@ -153,14 +154,13 @@ class Surface(Described):
         ValueError
             When the file cannot be read, has several faces, or trims its face.
         """
-        from sdpgrind.finishing.surface._read import read_surfaces
-
-        part = read_surfaces(path)
+        part = called("sdpgrind.finishing.surface._read:read_surfaces", path)
         if len(part) > 1 or part[0].trim:
             told = f"{len(part)} faces" if len(part) > 1 else "a trimmed face"
             rule = "a file of one face that is not trimmed; read_surfaces gives patches"
             raise checks.refuse("path", rule, told)
-        return part[0].surface
+        found: Surface = part[0].surface
+        return found
 
     @classmethod
     def _made(cls, control_points: Any, weights: Any, degree: Pair, knots: Any, outward: int) -> Self:

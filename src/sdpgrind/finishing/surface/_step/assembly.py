@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.measures import StepUnits, units_of
 from sdpgrind.finishing.surface._step.placements import placement
 
@@ -35,7 +35,7 @@ class PlacedFace(NamedTuple):
     units: StepUnits
 
 
-class Link(NamedTuple):
+class PartLink(NamedTuple):
     """A representation within another one, moved."""
 
     child: int
@@ -78,7 +78,7 @@ class Assembly:
             if link.parent == top:
                 self._collect(link.child, motion @ link.motion, depth + 1, found)
 
-    def _add(self, item: int, shape: Row, motion: Floats, depth: int, found: list[PlacedFace]) -> None:
+    def _add(self, item: int, shape: StepRow, motion: Floats, depth: int, found: list[PlacedFace]) -> None:
         mapped = self._file.find(item, "MAPPED_ITEM")
         if mapped is None:
             found += [PlacedFace(face, motion, self._units_of(shape)) for face in _faces(self._file, item)]
@@ -90,7 +90,7 @@ class Assembly:
         here = placement(self._file, source.reference(0), inner)
         self._collect(self._root(source.reference(1)), motion @ there @ np.linalg.inv(here), depth + 1, found)
 
-    def _transformations(self) -> Iterator[Link]:
+    def _transformations(self) -> Iterator[PartLink]:
         for row in self._file.rows("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION"):
             relation = self._file.row(
                 row.number, "REPRESENTATION_RELATIONSHIP", "SHAPE_REPRESENTATION_RELATIONSHIP"
@@ -102,9 +102,9 @@ class Assembly:
                 for place, each in zip((2, 3), pair, strict=True)
             )
             if self._turned(row.number, pair):
-                yield Link(self._root(pair[1]), self._root(pair[0]), first @ np.linalg.inv(second))
+                yield PartLink(self._root(pair[1]), self._root(pair[0]), first @ np.linalg.inv(second))
             else:
-                yield Link(self._root(pair[0]), self._root(pair[1]), second @ np.linalg.inv(first))
+                yield PartLink(self._root(pair[0]), self._root(pair[1]), second @ np.linalg.inv(first))
 
     def _turned(self, relation: int, pair: tuple[int, int]) -> bool:
         """Whether the second representation is the part, by the products of a usage."""
@@ -129,12 +129,12 @@ class Assembly:
         for row in self._file.rows("REPRESENTATION_MAP"):
             yield self._root(row.reference(1))
 
-    def _shape(self, number: int) -> Row:
+    def _shape(self, number: int) -> StepRow:
         if number not in self._shapes:
             raise ValueError(f"{self._file.name(number)} must be a SHAPE_REPRESENTATION")
         return self._shapes[number]
 
-    def _units_of(self, shape: Row) -> StepUnits:
+    def _units_of(self, shape: StepRow) -> StepUnits:
         context = shape.reference(2)
         if context not in self._units:
             self._units[context] = units_of(self._file, context)
@@ -151,11 +151,11 @@ class Assembly:
         self._same[self._root(other)] = self._root(one)
 
 
-def _representations(file: StepFile) -> Iterator[Row]:
+def _representations(file: StepFile) -> Iterator[StepRow]:
     for entity in file.entities.values():
         for record in entity.records:
             if record.type.endswith("SHAPE_REPRESENTATION") and len(record.values) == 3:
-                yield Row(entity, record)
+                yield StepRow(entity, record)
 
 
 def _faces(file: StepFile, item: int, depth: int = 0) -> Iterator[int]:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.placements import direction, moved, placement, point, seen_from
 from sdpgrind.finishing.surface._step.splines import IMPLICIT, knots_implicit, knots_told
 
@@ -21,7 +21,7 @@ SPLINES = (
 
 
 @dataclass(frozen=True)
-class Curve:
+class StepCurve:
     """A curve (n,) -> (n, 3), mm, with the parameters between which it is a polynomial or an arc.
 
     `locate` gives the parameter of the nearest place; None: by search. `period` is that of a closed curve.
@@ -47,7 +47,7 @@ class Curve:
         return float(np.clip(looks[np.argmin(np.linalg.norm(self.points(looks) - place, axis=1))], low, high))
 
 
-def curve(file: StepFile, number: int, scale: float, depth: int = 0) -> Curve:
+def curve(file: StepFile, number: int, scale: float, depth: int = 0) -> StepCurve:
     """Return a curve by its number, mm."""
     if depth > DEEPEST:
         raise ValueError(f"{file.name(number)} must not stand on itself")
@@ -67,17 +67,17 @@ def curve(file: StepFile, number: int, scale: float, depth: int = 0) -> Curve:
     return known[row.type](file, row, scale)
 
 
-def _line(file: StepFile, row: Row, scale: float) -> Curve:
+def _line(file: StepFile, row: StepRow, scale: float) -> StepCurve:
     start = point(file, row.reference(1), scale)
     along = direction(file, file.row(row.reference(2), "VECTOR").reference(1))
-    return Curve(
+    return StepCurve(
         lambda t: np.asarray(start + np.asarray(t)[..., None] * along),
         np.array([-np.inf, np.inf]),
         locate=lambda place: float((place - start) @ along),
     )
 
 
-def _conic(file: StepFile, row: Row, scale: float) -> Curve:
+def _conic(file: StepFile, row: StepRow, scale: float) -> StepCurve:
     """Circle or ellipse, over its angle."""
     frame = placement(file, row.reference(1), scale)
     a = row.number_at(2) * scale
@@ -93,17 +93,17 @@ def _conic(file: StepFile, row: Row, scale: float) -> Curve:
         return float(np.arctan2(y / b, x / a))
 
     breaks = np.linspace(0.0, 2 * np.pi, 5)
-    return Curve(points, breaks, 2 * np.pi, locate if a == b else None)
+    return StepCurve(points, breaks, 2 * np.pi, locate if a == b else None)
 
 
-def _polyline(file: StepFile, row: Row, scale: float) -> Curve:
+def _polyline(file: StepFile, row: StepRow, scale: float) -> StepCurve:
     nodes = np.array([point(file, each, scale) for each in row.references(1)])
     if len(nodes) < 2:
         raise row.refused("must have two points or more")
     return _splined(row, 1, nodes, None, np.append(0.0, np.append(np.arange(len(nodes)), len(nodes) - 1.0)))
 
 
-def _spline(file: StepFile, form: Row, scale: float) -> Curve:
+def _spline(file: StepFile, form: StepRow, scale: float) -> StepCurve:
     base = file.find(form.number, "B_SPLINE_CURVE") or form
     first = 0 if base.type == "B_SPLINE_CURVE" else 1
     degree = base.count(first)
@@ -119,7 +119,7 @@ def _spline(file: StepFile, form: Row, scale: float) -> Curve:
     return _splined(form, degree, nodes, weights, knots)
 
 
-def _splined(row: Row, degree: int, nodes: Floats, weights: Floats | None, knots: Floats) -> Curve:
+def _splined(row: StepRow, degree: int, nodes: Floats, weights: Floats | None, knots: Floats) -> StepCurve:
     """B-spline curve from checked numbers."""
     count = len(nodes)
     if degree < 1 or count <= degree or len(knots) != count + degree + 1 or np.any(np.diff(knots) < 0):
@@ -142,4 +142,4 @@ def _splined(row: Row, degree: int, nodes: Floats, weights: Floats | None, knots
         return np.asarray(found[..., :3] / found[..., 3:])
 
     breaks = np.unique(np.clip(knots, low, high))
-    return Curve(points, breaks, high - low if closed else None)
+    return StepCurve(points, breaks, high - low if closed else None)

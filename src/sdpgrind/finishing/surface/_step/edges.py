@@ -10,11 +10,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.curves import Curve, curve
+from sdpgrind.finishing.surface._step.curves import StepCurve, curve
 from sdpgrind.finishing.surface._step.elementary import Pole
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.placements import point
-from sdpgrind.finishing.surface._step.splines import Net
+from sdpgrind.finishing.surface._step.splines import SplineNet
 
 CHORD = 0.0005  # mm, chosen: a tenth of what a polygon may have, so that areas hold 1e-4 with holes of 1 mm
 ROUNDS = 12  # chosen: halvings of an interval between places
@@ -35,7 +35,7 @@ class Carrier(Protocol):
     def longest_step(self) -> float: ...
     def uv(self, points: Floats) -> Floats: ...
     def points(self, uv: Floats) -> Floats: ...
-    def net(self, box: Floats) -> Net: ...
+    def net(self, box: Floats) -> SplineNet: ...
     def parameters(self, uv: Floats, box: Floats) -> Floats: ...
 
 
@@ -70,7 +70,7 @@ def _vertex(file: StepFile, number: int, scale: float) -> Floats:
     return point(file, file.row(number, "VERTEX_POINT").reference(1), scale)
 
 
-def _interval(edge: Row, along: Curve, start: Floats, end: Floats) -> tuple[float, float]:
+def _interval(edge: StepRow, along: StepCurve, start: Floats, end: Floats) -> tuple[float, float]:
     """Parameters between the vertices, rising; from the end to the start where the senses differ."""
     if edge.reference(1) == edge.reference(2) and along.period is None:
         low, high = float(along.breaks[0]), float(along.breaks[-1])
@@ -86,7 +86,7 @@ def _interval(edge: Row, along: Curve, start: Floats, end: Floats) -> tuple[floa
     return low, high
 
 
-def _sampled(edge: Row, along: Curve, carrier: Carrier, low: float, high: float) -> Floats:
+def _sampled(edge: StepRow, along: StepCurve, carrier: Carrier, low: float, high: float) -> Floats:
     """Parameters (n, 2) at places of the edge whose chords are within `CHORD` of it."""
     period = along.period or 0.0
     inner = np.concatenate([along.breaks + k * period for k in range(2 if period else 1)])
@@ -108,7 +108,7 @@ def _sampled(edge: Row, along: Curve, carrier: Carrier, low: float, high: float)
     return np.asarray(uv[::2] if not far.any() else uv)
 
 
-def _refuse_away(edge: Row, feet: Floats, points: Floats) -> None:
+def _refuse_away(edge: StepRow, feet: Floats, points: Floats) -> None:
     away = float(np.linalg.norm(feet - points, axis=1).max())
     if not away <= AWAY:
         raise edge.refused(f"must lie on the surface of its face; it is {away:.3g} mm away")

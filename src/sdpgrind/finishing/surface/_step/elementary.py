@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.measures import StepUnits
 from sdpgrind.finishing.surface._step.placements import moved, placement, seen_from
-from sdpgrind.finishing.surface._step.splines import Net
+from sdpgrind.finishing.surface._step.splines import SplineNet
 
 TYPES = ("PLANE", "CYLINDRICAL_SURFACE", "CONICAL_SURFACE", "SPHERICAL_SURFACE", "TOROIDAL_SURFACE")
 QUARTER = np.pi / 2  # chosen: longest arc of one span
@@ -60,7 +60,7 @@ def arcs(low: float, high: float) -> Arcs:
 
 
 @dataclass(frozen=True)
-class Flat:
+class FlatSurface:
     """A plane, over lengths along the axes of its frame."""
 
     frame: Floats
@@ -76,12 +76,12 @@ class Flat:
         """Return the points (n, 3), mm."""
         return moved(self.frame, np.column_stack([uv, np.zeros(len(uv))]))
 
-    def net(self, box: Floats) -> Net:
+    def net(self, box: Floats) -> SplineNet:
         """Return the net over a box [[u0, v0], [u1, v1]]."""
         (u0, v0), (u1, v1) = box
         corners = np.array([[[u0, v0, 0.0], [u0, v1, 0.0]], [[u1, v0, 0.0], [u1, v1, 0.0]]])
         knots = np.array([u0, u0, u1, u1]), np.array([v0, v0, v1, v1])
-        return Net((1, 1), moved(self.frame, corners), None, knots)
+        return SplineNet((1, 1), moved(self.frame, corners), None, knots)
 
     def parameters(self, uv: Floats, box: Floats) -> Floats:
         """Return the parameters of the patch over a box at those of the surface."""
@@ -89,7 +89,7 @@ class Flat:
 
 
 @dataclass(frozen=True)
-class Turned:
+class TurnedSurface:
     """A surface of revolution: radius and height along its profile, u the angle around the z axis.
 
     A straight profile has the radius `radius` + v `slope` at the height v; a round one runs at the angle v
@@ -142,7 +142,7 @@ class Turned:
             self.frame, np.stack([away * np.cos(uv[:, 0]), away * np.sin(uv[:, 0]), height], axis=-1)
         )
 
-    def net(self, box: Floats) -> Net:
+    def net(self, box: Floats) -> SplineNet:
         """Return the net over a box [[u0, v0], [u1, v1]]."""
         (u0, v0), (u1, v1) = box
         around = arcs(u0, u1)
@@ -156,7 +156,7 @@ class Turned:
         ring = around.nodes[:, None, :] * away[:, None]
         nodes = np.concatenate([ring, np.broadcast_to(height[:, None], (*ring.shape[:2], 1))], axis=-1)
         both = np.outer(around.weights, weights)
-        return Net((2, degree), moved(self.frame, nodes), both, (around.knots, knots))
+        return SplineNet((2, degree), moved(self.frame, nodes), both, (around.knots, knots))
 
     def parameters(self, uv: Floats, box: Floats) -> Floats:
         """Return the parameters of the patch over a box at those of the surface."""
@@ -165,30 +165,30 @@ class Turned:
         return np.stack([arcs(u0, u1).parameters(uv[:, 0]), v], axis=-1)
 
 
-def elementary(file: StepFile, row: Row, units: StepUnits) -> Flat | Turned:
+def elementary(file: StepFile, row: StepRow, units: StepUnits) -> FlatSurface | TurnedSurface:
     """Return an elementary surface, mm."""
     frame, scale = placement(file, row.reference(1), units.length), units.length
     if row.type == "PLANE":
-        return Flat(frame)
+        return FlatSurface(frame)
     radius = row.number_at(2) * scale
     if row.type == "CONICAL_SURFACE":
         return _cone(row, frame, radius, units.angle)
     if not radius > 0:
         raise row.refused(f"must have a radius > 0; got {radius:g} mm")
     if row.type == "CYLINDRICAL_SURFACE":
-        return Turned(frame, radius)
+        return TurnedSurface(frame, radius)
     if row.type == "SPHERICAL_SURFACE":
-        return Turned(frame, radius, round=True)
+        return TurnedSurface(frame, radius, round=True)
     inner = row.number_at(3) * scale
     if not 0 < inner < radius:
         raise row.refused(f"must have radii 0 < minor < major; got {inner:g} and {radius:g} mm")
-    return Turned(frame, inner, offset=radius, round=True)
+    return TurnedSurface(frame, inner, offset=radius, round=True)
 
 
-def _cone(row: Row, frame: Floats, radius: float, unit: float) -> Turned:
+def _cone(row: StepRow, frame: Floats, radius: float, unit: float) -> TurnedSurface:
     if np.isnan(unit):
         raise row.refused("has an angle, and the file names no unit of angles; a unit is never guessed")
     half = row.number_at(3) * unit
     if not (radius >= 0 and 0 < abs(half) < QUARTER):
         raise row.refused(f"must have a radius >= 0 and a half angle below a quarter turn; got {half:g} rad")
-    return Turned(frame, radius, slope=float(np.tan(half)))
+    return TurnedSurface(frame, radius, slope=float(np.tan(half)))

@@ -6,16 +6,16 @@ from typing import Any, TypeVar
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.text import Entity, Enumeration, Record, Reference, StepText
+from sdpgrind.finishing.surface._step.text import Entity, Enumeration, Reference, StepRecord, StepText
 
 Item = TypeVar("Item")
 LARGEST = 1e30  # chosen: beyond all lengths, and its eighth power is a float
 
 
-class Row:
+class StepRow:
     """A record of an entity; each access names entity and type in its error."""
 
-    def __init__(self, entity: Entity, record: Record) -> None:
+    def __init__(self, entity: Entity, record: StepRecord) -> None:
         self.number, self.line = entity.number, entity.line
         self.type, self.values = record
 
@@ -47,7 +47,7 @@ class Row:
         return self._number(place, self.value(place))
 
     def _number(self, place: int, value: Any) -> float:
-        if isinstance(value, Record) and len(value.values) == 1:
+        if isinstance(value, StepRecord) and len(value.values) == 1:
             value = value.values[0]
         number = self._of_kind(place, value, float, "a number")
         if not abs(number) < LARGEST:
@@ -126,12 +126,12 @@ class StepFile:
     def __init__(self, text: str) -> None:
         self.entities: Mapping[int, Entity] = StepText(text).entities()
 
-    def rows(self, *types: str) -> Iterator[Row]:
+    def rows(self, *types: str) -> Iterator[StepRow]:
         """Yield the records of the types, in the order of the file."""
         for entity in self.entities.values():
             for record in entity.records:
                 if record.type in types:
-                    yield Row(entity, record)
+                    yield StepRow(entity, record)
 
     def entity(self, number: int) -> Entity:
         """Return an entity that another one refers to."""
@@ -139,19 +139,19 @@ class StepFile:
             raise ValueError(f"#{number} is not in the file, but other entities refer to it")
         return self.entities[number]
 
-    def find(self, number: int, *types: str) -> Row | None:
+    def find(self, number: int, *types: str) -> StepRow | None:
         """Return the record of one of the types, in their order, or None."""
         entity = self.entity(number)
         by_type = {record.type: record for record in entity.records}
         name = next((each for each in types if each in by_type), None)
-        return None if name is None else Row(entity, by_type[name])
+        return None if name is None else StepRow(entity, by_type[name])
 
-    def row(self, number: int, *types: str) -> Row:
+    def row(self, number: int, *types: str) -> StepRow:
         """Return the record of one of the types, in their order."""
         found = self.find(number, *types)
         if found is None:
             entity = self.entity(number)
-            raise Row(entity, entity.records[0] if entity.records else Record("", ())).refused(
+            raise StepRow(entity, entity.records[0] if entity.records else StepRecord("", ())).refused(
                 f"must be a {' or '.join(types)}"
             )
         return found

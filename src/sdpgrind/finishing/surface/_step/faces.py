@@ -8,7 +8,7 @@ from sdpgrind.finishing.surface._polygons import signed_area
 from sdpgrind.finishing.surface._step import elementary as simple
 from sdpgrind.finishing.surface._step.assembly import FACES, Assembly, PlacedFace
 from sdpgrind.finishing.surface._step.edges import Carrier
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.loops import polygons
 from sdpgrind.finishing.surface._step.measures import StepUnits
 from sdpgrind.finishing.surface._step.placements import moved
@@ -96,7 +96,7 @@ def _whole(file: StepFile, number: int, carrier: Carrier) -> Floats:
     return np.array([[0.0, 0.0 if v else poles[0]], [turn, turn if v else poles[-1]]])
 
 
-def _box(file: StepFile, row: Row, carrier: Carrier, loops: list[Floats]) -> Floats:
+def _box(file: StepFile, row: StepRow, carrier: Carrier, loops: list[Floats]) -> Floats:
     """Box [[u0, v0], [u1, v1]] of the loops; all of a B-spline surface."""
     if isinstance(carrier, Sculpted) or not loops:
         return _whole(file, row.reference(2), carrier)
@@ -113,7 +113,7 @@ def _placed(carrier: Carrier, box: Floats, motion: Floats, outward: int) -> Surf
     return Surface(points, told.degree, told.knots, told.weights, outward)
 
 
-def _trim(row: Row, carrier: Carrier, box: Floats, loops: list[Floats]) -> tuple[Floats, ...]:
+def _trim(row: StepRow, carrier: Carrier, box: Floats, loops: list[Floats]) -> tuple[Floats, ...]:
     """Polygons in the parameters of the patch, outer counter-clockwise, holes clockwise; () for all of it."""
     placed = [_inside(row, carrier, box, loop) for loop in loops]
     areas = [signed_area(each) for each in placed]
@@ -127,7 +127,7 @@ def _trim(row: Row, carrier: Carrier, box: Floats, loops: list[Floats]) -> tuple
     return () if lone else trim
 
 
-def _inside(row: Row, carrier: Carrier, box: Floats, loop: Floats) -> Floats:
+def _inside(row: StepRow, carrier: Carrier, box: Floats, loop: Floats) -> Floats:
     """Polygon in the patch, its places apart."""
     widths = box[1] - box[0]
     uv = loop

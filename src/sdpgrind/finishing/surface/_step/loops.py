@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._step.edges import Carrier, EdgeChain, at_pole, edge_chain
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 
 OPEN = 1e-3  # of the polygons' extent; source: specification, a gap that is none
 HALF = 0.5  # chosen: share of a period that a loop around the surface is off
@@ -21,7 +21,7 @@ class Chains(NamedTuple):
     turns: tuple[int, int]
 
 
-def polygons(file: StepFile, face: Row, carrier: Carrier, scale: float) -> list[Floats]:
+def polygons(file: StepFile, face: StepRow, carrier: Carrier, scale: float) -> list[Floats]:
     """Return the closed polygons (n, 2) of a face in the parameters of its surface; none: all of it."""
     sense = 1 if face.flag(3) else -1
     loops = [_loop(file, bound, carrier, scale, sense) for bound in face.references(1)]
@@ -55,7 +55,7 @@ def _begun(chains: list[EdgeChain]) -> list[EdgeChain]:
     return chains[first:] + chains[:first]
 
 
-def _chained(loop: Row, chains: list[EdgeChain], carrier: Carrier, sense: int) -> Chains:
+def _chained(loop: StepRow, chains: list[EdgeChain], carrier: Carrier, sense: int) -> Chains:
     """Join chains end to start, over seams and at poles."""
     out = [chains[0].uv]
     gaps = []
@@ -113,7 +113,7 @@ def _turns(way: Floats, carrier: Carrier) -> tuple[int, int]:
     return u, v
 
 
-def _joined(face: Row, around: list[Chains], carrier: Carrier, sense: int) -> Floats:
+def _joined(face: StepRow, around: list[Chains], carrier: Carrier, sense: int) -> Floats:
     """One polygon of loops that go around the surface: of two opposite ones, or of one up to a pole."""
     axis = 0 if around[0].turns[0] else 1
     first = around[0].uv

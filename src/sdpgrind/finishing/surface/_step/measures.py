@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 
 # source: ISO 10303-41, si_prefix
 PREFIXES = {
@@ -11,7 +11,7 @@ PREFIXES = {
     "DECA": 1e1, "DECI": 1e-1, "CENTI": 1e-2, "MILLI": 1e-3, "MICRO": 1e-6, "NANO": 1e-9, "PICO": 1e-12,
     "FEMTO": 1e-15, "ATTO": 1e-18,
 }  # fmt: skip
-MILLIMETRES = 1e3  # in a metre
+MILLIMETRES = 1e3  # derived: in a metre
 DEEPEST = 8  # chosen: units that are converted into one another
 
 
@@ -51,7 +51,7 @@ def _scale(file: StepFile, unit: int, base: str, depth: int = 0) -> float:
     return factor * _scale(file, measure.reference(1), base, depth + 1)
 
 
-def _si(row: Row, base: str) -> float:
+def _si(row: StepRow, base: str) -> float:
     prefix, name = row.word(-2), row.word(-1)
     if name != base or prefix not in PREFIXES:
         raise row.refused(f"must be in {base}; got .{prefix}. .{name}.")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 
 _PARALLEL = 1e-9  # chosen: sine of an angle between axis and reference that is none
 
@@ -38,7 +38,7 @@ def placement(file: StepFile, number: int, scale: float) -> Floats:
     return frame(row, point(file, row.reference(1), scale), z, x)
 
 
-def frame(row: Row, origin: Floats, z: Floats, x: Floats) -> Floats:
+def frame(row: StepRow, origin: Floats, z: Floats, x: Floats) -> Floats:
     """Return a rigid motion (4, 4) from its z axis and a direction of its x axis."""
     x = x - (x @ z) * z
     length = float(np.linalg.norm(x))
@@ -50,7 +50,7 @@ def frame(row: Row, origin: Floats, z: Floats, x: Floats) -> Floats:
     return out
 
 
-def _optional(file: StepFile, row: Row, place: int) -> Floats | None:
+def _optional(file: StepFile, row: StepRow, place: int) -> Floats | None:
     number = row.optional_reference(place) if place < len(row.values) else None
     return None if number is None else direction(file, number)
 

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._step.elementary import Pole
-from sdpgrind.finishing.surface._step.splines import Net
+from sdpgrind.finishing.surface._step.splines import SplineNet
 from sdpgrind.finishing.surface._surface import Surface
 
 LOOKS = 6  # chosen: places in each knot span, each way, from which foot points are sought
@@ -24,7 +24,7 @@ class Sculpted:
 
     longest_step = np.inf
 
-    def __init__(self, net: Net) -> None:
+    def __init__(self, net: SplineNet) -> None:
         self._given = net
         self.surface = Surface(net.points, net.degree, net.knots, net.weights)
         self._low, self._high = np.transpose(self.surface.domain)
@@ -105,7 +105,7 @@ class Sculpted:
         inside = np.clip(inside, self._low, self._high)
         return self.surface.point(inside[:, 0], inside[:, 1])
 
-    def net(self, box: Floats) -> Net:
+    def net(self, box: Floats) -> SplineNet:
         """Return the net of the file, whatever the box."""
         return self._given
 

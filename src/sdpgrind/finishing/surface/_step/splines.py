@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.entities import Row, StepFile
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.placements import point
 
 # of a simple entity, values before them: the name; a complex one has none in these records
@@ -15,7 +15,7 @@ MOST = 10_000_000  # chosen: knots that a file may ask for
 REPEAT = 1e-9  # of the domain, chosen: nearer knots are one
 
 
-class Net(NamedTuple):
+class SplineNet(NamedTuple):
     """Degrees, control points (nu, nv, 3) in mm, weights or None, knots along u and v."""
 
     degree: tuple[int, int]
@@ -24,7 +24,7 @@ class Net(NamedTuple):
     knots: tuple[Floats, Floats]
 
 
-def knots_told(row: Row, multiplicities: int, values: int) -> Floats:
+def knots_told(row: StepRow, multiplicities: int, values: int) -> Floats:
     """Return the knots of two lists of a record, with their repeats."""
     times, places = row.counts(multiplicities), row.numbers(values)
     if len(times) != len(places) or sum(times) > MOST:
@@ -32,7 +32,7 @@ def knots_told(row: Row, multiplicities: int, values: int) -> Floats:
     return np.repeat(places, times)
 
 
-def knots_implicit(row: Row, kind: str, degree: int, count: int) -> Floats:
+def knots_implicit(row: StepRow, kind: str, degree: int, count: int) -> Floats:
     """Return the knots of a form without a list of them; source: ISO 10303-42."""
     if degree < 1 or count <= degree:
         raise row.refused(f"must have more control points than its degree; got {count} and {degree}")
@@ -47,7 +47,7 @@ def knots_implicit(row: Row, kind: str, degree: int, count: int) -> Floats:
     return np.concatenate([inner[:1], inner, inner[-1:]])
 
 
-def net(file: StepFile, number: int, scale: float) -> Net:
+def net(file: StepFile, number: int, scale: float) -> SplineNet:
     """Return the net of a B-spline surface, simple or complex."""
     known = ("B_SPLINE_SURFACE_WITH_KNOTS", *(f"{kind}_SURFACE" for kind in IMPLICIT))
     form = file.row(number, *known)
@@ -61,7 +61,7 @@ def net(file: StepFile, number: int, scale: float) -> Net:
     else:
         kind = form.type.removesuffix("_SURFACE")
         u, v = (knots_implicit(form, kind, degree[k], points.shape[k]) for k in (0, 1))
-    return Net(degree, points, _weights(file, number, points), (_merged(u), _merged(v)))
+    return SplineNet(degree, points, _weights(file, number, points), (_merged(u), _merged(v)))
 
 
 def _weights(file: StepFile, number: int, points: Floats) -> Floats | None:

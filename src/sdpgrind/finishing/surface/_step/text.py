@@ -30,7 +30,7 @@ class Enumeration(str):
     __slots__ = ()
 
 
-class Record(NamedTuple):
+class StepRecord(NamedTuple):
     """A type with its values: an entity, a part of a complex one, or a typed value."""
 
     type: str
@@ -42,7 +42,7 @@ class Entity(NamedTuple):
 
     number: int
     line: int
-    records: tuple[Record, ...]
+    records: tuple[StepRecord, ...]
 
 
 class Token(NamedTuple):
@@ -98,15 +98,15 @@ class StepText:
         self._want(";")
         return Entity(int(token.text[1:]), self._line(token.at), records)
 
-    def _complex(self) -> Iterator[Record]:
+    def _complex(self) -> Iterator[StepRecord]:
         while (token := self._next()).text != ")":
             yield self._record(token)
 
-    def _record(self, token: Token) -> Record:
+    def _record(self, token: Token) -> StepRecord:
         if token.kind != "word":
             raise self._refused(token, "the type of an entity")
         self._want("(")
-        return Record(token.text.upper(), self._values())
+        return StepRecord(token.text.upper(), self._values())
 
     def _values(self) -> tuple[Any, ...]:
         """Values up to the bracket that closes them, with lists and typed values inside."""
@@ -118,7 +118,7 @@ class StepText:
                 name, values = stack.pop()
                 if not stack:
                     return tuple(values)
-                stack[-1][1].append(Record(name, tuple(values)) if name else tuple(values))
+                stack[-1][1].append(StepRecord(name, tuple(values)) if name else tuple(values))
                 fresh = False
             elif token.text == "," and token.kind == "mark" and not fresh:
                 fresh = True
