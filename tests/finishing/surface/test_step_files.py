@@ -12,7 +12,7 @@ from step_areas import (
     segment,
 )
 
-from sdpgrind.finishing import Surface, read_surfaces
+from sdpgrind.finishing import Region, Surface, read_surfaces
 from sdpgrind.finishing.surface import Part, Patch, nominal_surface
 
 FILES = Path(__file__).parents[2] / "data" / "step"
@@ -150,3 +150,22 @@ def test_sides_of_a_polygon_are_within_a_chord_of_the_edge(name, loop, centre, r
     middle = patch.surface.point(*((polygon[1:] + polygon[:-1]) / 2).T)
     off = np.abs(np.hypot(*(middle[:, :2] - centre).T) - radius)
     assert off.max() <= 0.0006  # mm; 0.5 um of the reader, and the slope of the surface
+
+
+def test_regions_of_a_scan_are_trimmed_patches(tmp_path):
+    """Triangles over the nominal surface with a hole: one patch with its border and the hole."""
+    trimesh = pytest.importorskip("trimesh")
+    side, count = np.linspace(0.05, 0.95, 60), 60
+    points = DIE.grid(side, side).point.reshape(-1, 3)
+    index = np.arange(count**2).reshape(count, count)
+    a, b, c, d = (each.ravel() for each in (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    faces = faces[np.hypot(*(points[faces].mean(axis=1)[:, :2] - 25.0).T) > 8.0]
+    trimesh.Trimesh(points, faces, process=False).export(tmp_path / "scan.stl")
+    (patch,) = read_surfaces(tmp_path / "scan.stl", region=Region(seed=(10, 10, 3), empty_max=0.2))
+    facets = (
+        np.linalg.norm(np.cross(*(points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))), axis=1).sum()
+        / 2
+    )
+    assert len(patch.trim) == 2 and patch.area == pytest.approx(facets, rel=1e-3)
+    assert patch.fit.error < 0.01 and patch.fit is patch.surface.fit

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, custom, described, part, text
+from sdpgrind.finishing.surface._fit_quality import FitQuality
 from sdpgrind.finishing.surface._polygons import closed, inside, ordered, signed_area
 from sdpgrind.finishing.surface._surface import Surface
 from sdpgrind.finishing.surface._trimmed_area import area_within
@@ -86,6 +87,11 @@ class Patch(Described):
         if self.trim and signed_area(self.trim[0]) > 0:
             return area_within(self.surface, self.trim)
         return self.surface.area + area_within(self.surface, self.trim)
+
+    @property
+    def fit(self) -> FitQuality:
+        """Quality of the fit of a surface to a scan, mm."""
+        return self.surface.fit
 
     def contains(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Bools:
         """Return whether places (u, v) of the surface are within the trimming, by the rule of even and odd.

@@ -1,16 +1,19 @@
 """Surfaces from a user's file, by its ending."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.finishing.surface._patch import Patch
+from sdpgrind.finishing.surface._region import Region
+from sdpgrind.finishing.surface._scan import ENDINGS as SCANS
+from sdpgrind.finishing.surface._scan import read_scan
 from sdpgrind.finishing.surface._step.faces import patches
 
 STEP = (".step", ".stp", ".p21")
-MESHES = (".stl", ".ply", ".obj")
-POINTS = (".xyz", ".csv", ".npy")
 LARGEST = 500_000_000  # bytes, chosen: a larger text needs some 20 GB as entities
 
 
@@ -40,21 +43,23 @@ class Part(tuple[Patch, ...]):
         return f"Part({len(self)} patch{'es' if len(self) != 1 else ''}, {self.area:.6g} mm^2)"
 
 
-def read_surfaces(path: str | os.PathLike[str], region: Any = None) -> Part:
-    """Read the faces of a STEP file as patches, mm.
+def read_surfaces(path: str | os.PathLike[str], region: Region | Sequence[Region] | None = None) -> Part:
+    """Read the faces of a STEP file as patches, or surfaces fitted to a scan, mm.
 
     B-spline surfaces keep their control nets; planes, cylinders, cones, spheres and tori become exact
     rational patches over the box of their loops. The loops are the edges, projected onto the surface:
     polygons within 0.5 um of them. The file's units are converted, placements of assemblies applied; a part
     that is there twice gives its faces twice. Offset, swept and revolved surfaces are refused. PCURVEs,
-    colours, names of parts and tolerances are not read.
+    colours, names of parts and tolerances are not read. Scans hold no unit, their numbers are mm; each region
+    is fitted by `Surface.fit`, whose error is ``patch.fit``, and trimmed along the border of its triangles.
 
     Parameters
     ----------
     path : str or path
-        File with the ending .step, .stp or .p21.
-    region : optional
-        Part of a mesh or of points; None for STEP files, whose faces are all read.
+        File with the ending .step, .stp or .p21; of triangles, .stl, .ply or .obj (extra ``cad``); of points,
+        .xyz, .csv or .npy.
+    region : Region or sequence of Region, optional
+        Parts of a scan, a patch each, mm. None: all of it. None for STEP files, whose faces are all read.
 
     Returns
     -------
@@ -71,18 +76,20 @@ def read_surfaces(path: str | os.PathLike[str], region: Any = None) -> Part:
     """
     file = checks.path("path", path)
     ending = file.suffix.lower()
-    if ending in MESHES + POINTS:
-        return _points(file, region)
+    if ending in SCANS:
+        return Part(_scanned(file, region))
     if ending not in STEP:
-        raise checks.refuse("path", f"a file of {', '.join(STEP + MESHES + POINTS)}", file.name)
+        raise checks.refuse("path", f"a file of {', '.join((*STEP, *SCANS))}", file.name)
     if region is not None:
         raise checks.refuse("region", "None for a STEP file; choose among its patches", region)
     return Part(_step(file))
 
 
-def _points(file: Path, region: Any) -> Part:
-    """Patches of a mesh or of points."""
-    raise checks.refuse("path", f"a STEP file ({', '.join(STEP)}); meshes and points are not read", file.name)
+def _scanned(file: Path, region: Region | Sequence[Region] | None) -> tuple[Patch, ...]:
+    """Patches fitted to regions of a mesh or of points."""
+    found = read_scan(file, region)
+    trims = [[np.vstack([loop, loop[:1]]) for loop in each.loops] for each in found]
+    return tuple(Patch(each.surface, tuple(trim)) for each, trim in zip(found, trims, strict=True))
 
 
 def _step(file: Path) -> tuple[Patch, ...]:
