@@ -13,7 +13,7 @@ from step_areas import (
 )
 
 from sdpgrind.finishing import Region, Surface, read_surfaces
-from sdpgrind.finishing.surface import Part, Patch, nominal_surface
+from sdpgrind.finishing.surface import Patch, Patches, nominal_surface
 
 FILES = Path(__file__).parents[2] / "data" / "step"
 DIE = nominal_surface()
@@ -130,7 +130,7 @@ def test_parts_of_an_assembly_stand_at_their_places():
     assert _box(rod) == pytest.approx(np.array([[35, -5, 5], [45, 5, 17]]), abs=1e-6)
     assert _box(cone) == pytest.approx(np.array([[-8, 42, 0], [8, 58, 10]]), abs=1e-6)
     assert rod.surface.point(0.0, 0.0)[:2] == pytest.approx([40.0, 5.0])  # turned by a quarter
-    assert isinstance(found, Part) and repr(found).startswith("Part(12 patches, ")
+    assert isinstance(found, Patches) and repr(found).startswith("Patches(12 patches, ")
 
 
 def _box(patch):

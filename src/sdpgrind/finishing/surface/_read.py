@@ -17,7 +17,7 @@ STEP = (".step", ".stp", ".p21")
 LARGEST = 500_000_000  # bytes, chosen: a larger text needs some 20 GB as entities
 
 
-class Part(tuple[Patch, ...]):
+class Patches(tuple[Patch, ...]):
     """Patches of a file, in its order.
 
     Parameters
@@ -28,8 +28,8 @@ class Part(tuple[Patch, ...]):
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.surface.Part([fin.surface.Patch(fin.surface.flat_surface(10.0))])
-    Part(1 patch, 100 mm^2)
+    >>> fin.surface.Patches([fin.surface.Patch(fin.surface.flat_surface(10.0))])
+    Patches(1 patch, 100 mm^2)
     """
 
     __slots__ = ()
@@ -40,10 +40,10 @@ class Part(tuple[Patch, ...]):
         return float(sum(each.area for each in self))
 
     def __repr__(self) -> str:
-        return f"Part({len(self)} patch{'es' if len(self) != 1 else ''}, {self.area:.6g} mm^2)"
+        return f"Patches({len(self)} patch{'es' if len(self) != 1 else ''}, {self.area:.6g} mm^2)"
 
 
-def read_surfaces(path: str | os.PathLike[str], region: Region | Sequence[Region] | None = None) -> Part:
+def read_surfaces(path: str | os.PathLike[str], region: Region | Sequence[Region] | None = None) -> Patches:
     """Read the faces of a STEP file as patches, or surfaces fitted to a scan, mm.
 
     B-spline surfaces keep their control nets; planes, cylinders, cones, spheres and tori become exact
@@ -63,7 +63,7 @@ def read_surfaces(path: str | os.PathLike[str], region: Region | Sequence[Region
 
     Returns
     -------
-    Part
+    Patches
         Tuple of `Patch`.
 
     Raises
@@ -77,12 +77,12 @@ def read_surfaces(path: str | os.PathLike[str], region: Region | Sequence[Region
     file = checks.path("path", path)
     ending = file.suffix.lower()
     if ending in SCANS:
-        return Part(_scanned(file, region))
+        return Patches(_scanned(file, region))
     if ending not in STEP:
         raise checks.refuse("path", f"a file of {', '.join((*STEP, *SCANS))}", file.name)
     if region is not None:
         raise checks.refuse("region", "None for a STEP file; choose among its patches", region)
-    return Part(_step(file))
+    return Patches(_step(file))
 
 
 def _scanned(file: Path, region: Region | Sequence[Region] | None) -> tuple[Patch, ...]:
