@@ -68,7 +68,7 @@ def lower_bound(
     --------
     >>> run = JointPath([0.0, 100.0], [[0.0], [100.0]])
     >>> limits = JointLimits(["X"], speed_max=[50.0], acceleration_max=[2000.0])
-    >>> round(lower_bound([run], limits, feed_rate=40.0), 6)  # 100/40 + 40/2000
+    >>> round(lower_bound([run], limits, feed_rate=40.0), 4)  # 100/40 + 40/2000
     2.52
     """
     feeds = each_feed(feed_rate, len(runs))
