@@ -5,7 +5,7 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import compiled
 
 
-@compiled(inline="always")  # measured: a look-up of many states takes a third
+@compiled(error_model="numpy", inline="always")  # measured: a look-up of many states takes a third
 def _cell(shape, index, point, corner, low):
     """Flat node and weight of a corner (bits of `corner`) of a point's cell; `low` is its lowest node."""
     node, weight = 0, 1.0
@@ -17,13 +17,13 @@ def _cell(shape, index, point, corner, low):
     return node, weight
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _lowest(shape, index, point, low):
     for axis in range(shape.size):
         low[axis] = max(0, min(int(np.floor(index[axis, point])), shape[axis] - 2))
 
 
-@compiled
+@compiled(error_model="numpy")
 def interpolate(table, row, mode, shape, index, out):
     """out[p] = table interpolated at index[:, p] (cells) in slice (row[p], mode[p])."""
     low = np.empty(shape.size, dtype=np.int64)
@@ -37,7 +37,7 @@ def interpolate(table, row, mode, shape, index, out):
         out[point] = total
 
 
-@compiled
+@compiled(error_model="numpy")
 def _crossing(at, row, mode, index, nodes):
     """Number of the kink cell around a point (-1: none), the cell, and the position in it."""
     cell = max(0, min(int(np.floor(index)), nodes - 2))
@@ -45,7 +45,7 @@ def _crossing(at, row, mode, index, nodes):
     return at[row, mode, cell] if 0.0 < part < 1.0 else -1, cell, part
 
 
-@compiled
+@compiled(error_model="numpy")
 def _least(first, last, cost, part):
     """Index of the first of the lowest lines, and its height."""
     line, low = first, np.inf
@@ -56,7 +56,7 @@ def _least(first, last, cost, part):
     return line, low
 
 
-@compiled
+@compiled(error_model="numpy")
 def _next_least(first, last, cost, act, part, chosen):
     """Height of the lowest line of actions other than `chosen`."""
     low = np.inf
@@ -66,7 +66,7 @@ def _next_least(first, last, cost, act, part, chosen):
     return low
 
 
-@compiled
+@compiled(error_model="numpy")
 def least_move(kinks, row, mode, index, out):
     """Set out[p] to the number of the lowest line of a move in the cell of each point, -1: none."""
     at, start, cost, _, act, _ = kinks
@@ -80,7 +80,7 @@ def least_move(kinks, row, mode, index, out):
                     low, out[point] = here, k
 
 
-@compiled
+@compiled(error_model="numpy")
 def least_line(at, start, cost, row, mode, index, out):
     """Set out[p] to the least line of cost where the action changes inside a cell of the one axis."""
     for point in range(out.size):
@@ -89,7 +89,7 @@ def least_line(at, start, cost, row, mode, index, out):
             out[point] = _least(start[number], start[number + 1], cost, part)[1]
 
 
-@compiled
+@compiled(error_model="numpy")
 def act(table, kinks, row, mode, shape, index, out):
     """Action at every point: interpolated within one move, else that of the least line.
 
