@@ -3,6 +3,7 @@
 import ast
 import re
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -128,17 +129,7 @@ class Body(ABC):
 
     def text(self, value: Value) -> str:
         """Return the text of a value of any type."""
-        if value.items is not None:
-            return f"({self.program.spelled(value.type)}){self._braced(value)}"
-        if isinstance(value.type, Array | Record):
-            place = place_of(value)
-            return value.code if place == "0" else f"&{value.code}[{place}]"
-        return value.code
-
-    def _braced(self, value: Value) -> str:
-        if value.items is None:
-            return self.text(value)
-        return "{" + ", ".join(self._braced(one) for one in value.items) + "}"
+        return text_of(self.program, value)
 
     def read(self, node: ast.Name, name: str) -> Value:
         """Return the value of a variable."""
@@ -245,6 +236,22 @@ class Body(ABC):
         raise self.refused(node, "the truth of what is no number", "compare it")
 
 
+def text_of(program: "Program", value: Value) -> str:
+    """Return the text of a value of any type: an address, a structure, a number."""
+    if value.items is not None:
+        return f"({program.spelled(value.type)}){_braced(program, value)}"
+    if isinstance(value.type, Array | Record):
+        place = place_of(value)
+        return value.code if place == "0" else f"&{value.code}[{place}]"
+    return value.code
+
+
+def _braced(program: "Program", value: Value) -> str:
+    if value.items is None:
+        return text_of(program, value)
+    return "{" + ", ".join(_braced(program, one) for one in value.items) + "}"
+
+
 def root_of(value: Value) -> str:
     """Return the variable through which an array or record is reached; "" for numbers."""
     return value.root if isinstance(value.type, Array | Record) else ""
@@ -263,6 +270,24 @@ def moved(value: Value, at: int, terms: tuple[str, ...] = (), note: str = "") ->
     """Return a view that begins later."""
     noted = value.note if not note else note
     return replace(value, at=value.at + at, terms=value.terms + terms, note=noted)
+
+
+_SET = re.compile(r"const \S.*?\b(t\d+) = (.+);")
+
+
+def merged(lines: list[Line]) -> list[Line]:
+    """Put a call whose temporary the next line alone takes into that line."""
+    found: list[Line] = []
+    uses = Counter(re.findall(r"\bt\d+\b", " ".join(line.text for line in lines)))
+    for line in lines:
+        before = _SET.fullmatch(found[-1].text) if found and found[-1].call else None
+        head, _, taken = line.text.rpartition(" = ") if " = " in line.text else ("", "", line.text[7:])
+        if before and uses[before[1]] == 2 and taken == f"{before[1]};" and head.count("[") < 2:
+            text = line.text.removesuffix(f"{before[1]};") + f"{before[2]};"
+            found[-1] = replace(line, text=text, call=found[-1].call)
+        else:
+            found.append(line)
+    return found
 
 
 def without_unused(lines: list[Line]) -> list[Line]:

@@ -78,9 +78,7 @@ class Calls(Views):
         )
         given.apply_defaults()
         found = list(given.arguments.values())[skip:]
-        return [
-            one if isinstance(one, Value) else self.program.constant(self, node, one, "") for one in found
-        ]
+        return [one if isinstance(one, Value) else self.program.constant(one, "") for one in found]
 
     def called(self, node: ast.AST, kernel: Kernel, values: list[Value]) -> Value:
         """Call a kernel; its result is a temporary."""

@@ -55,7 +55,8 @@ class Expressions(Calls):
             raise self.refused(node, f"{node.id}, which may not be set yet,", "set it before")
         cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
         outer = function.__globals__.get(node.id, getattr(builtins, node.id, None))
-        return self.named(node, cells[node.id].cell_contents if node.id in cells else outer, node.id)
+        thing = cells[node.id].cell_contents if node.id in cells else outer
+        return self.program.constant(thing, node.id)
 
     def several(self, node: ast.Tuple) -> Value:
         """Return a tuple."""

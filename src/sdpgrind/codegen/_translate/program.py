@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import Kernel
-from sdpgrind.codegen._translate.body import Body, Line, without_unused
+from sdpgrind.codegen._translate.body import Line, merged, without_unused
 from sdpgrind.codegen._translate.refusals import Source, check_options
 from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_in_order
 from sdpgrind.codegen._translate.statements import Statements
@@ -36,6 +36,7 @@ class Function:
     """A function in C, and what its callers must know of it."""
 
     name: str
+    signature: str
     kernel: Kernel
     source: Source
     parameters: tuple[str, ...]
@@ -104,14 +105,14 @@ class Program:
 
     # -- constants -------------------------------------------------------------------------------------
 
-    def constant(self, body: Body | None, node: ast.AST, thing: Any, name: str) -> Value:
+    def constant(self, thing: Any, name: str) -> Value:
         """Return a constant of the library or of the law, or a thing that exists while translating."""
         if isinstance(thing, np.generic) and not isinstance(thing, np.void):
             thing = thing.item()
         if isinstance(thing, bool | int | float):
             return literal(thing, name if not name.startswith(("inf", "nan", "pi")) else "")
         if isinstance(thing, tuple):
-            items = tuple(self.constant(body, node, one, "") for one in thing)
+            items = tuple(self.constant(one, "") for one in thing)
             return Value("", Tuple(type(thing), tuple(one.type for one in items)), items=items)
         if isinstance(thing, np.ndarray):
             return self.table(thing, name or "table")
@@ -173,7 +174,7 @@ class Program:
 
     def _finished(self, body: Statements, kinds: tuple[Type, ...], counts: tuple[int | None, ...]) -> Function:
         name = self._free(body.kernel.py_func.__name__, [one.name for one in self.functions.values()])
-        lines = without_unused([*body.tops(), *body.lines])
+        lines = without_unused(merged([*body.tops(), *body.lines]))
         faults = any("fault" in line.text for line in lines)
         result = body.result or Nothing()
         signature = body.signature(name, kinds, result, faults)
@@ -181,7 +182,7 @@ class Program:
         callees = [one for one in self.functions.values() if any(f"{one.name}(" in line.text for line in lines)]
         stack = body.bytes + _FRAME + max((one.stack for one in callees), default=0)
         return Function(
-            name, body.kernel, body.source, body.parameters, kinds, result,
+            name, signature, body.kernel, body.source, body.parameters, kinds, result,
             frozenset(body.written) & frozenset(body.parameters), faults, text, tuple(body.bounds), stack,
         )  # fmt: skip
 
@@ -194,7 +195,9 @@ class Program:
         parts += list(self.tables.values())
         parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
         parts += [helper_text(name, prefix) for name in helpers_in_order(self.helpers)]
-        return "\n\n".join([*parts, *(one.text for one in self.functions.values())])
+        functions = list(self.functions.values())
+        parts.append("\n".join(f"{one.signature};" for one in functions))
+        return "\n\n".join([*parts, *(one.text for one in functions)])
 
     def _structure(self, kind: Tuple, name: str) -> str:
         fields = []

@@ -26,7 +26,7 @@ class Views(Body):
         base = self.expression(node.value)
         kind = base.type
         if isinstance(kind, Known):
-            return self.named(node, getattr(kind.thing, node.attr), node.attr)
+            return self.program.constant(getattr(kind.thing, node.attr), node.attr)
         if isinstance(kind, Tuple) and node.attr in kind.fields:
             return self.item(base, kind.fields.index(node.attr))
         if isinstance(kind, Record) and node.attr in (kind.dtype.names or ()):
@@ -34,10 +34,6 @@ class Views(Body):
         if isinstance(kind, Array):
             return self._of_array(node, base, kind)
         raise self.refused(node, f"the attribute {node.attr}", "use fields of records and tuples")
-
-    def named(self, node: ast.AST, thing: Any, name: str) -> Value:
-        """Return what a name outside the kernel means."""
-        return self.program.constant(self, node, thing, name)
 
     def field(self, base: Value, name: str) -> Value:
         """Return a field of a record: a number, or a view."""

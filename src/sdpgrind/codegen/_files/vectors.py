@@ -1,0 +1,116 @@
+"""Vectors of the self-test: rows of inputs with what the library answers, and digests of a long run."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.codegen._files.shell import reset_state
+from sdpgrind.codegen._proof import reference_kernels as kernels
+from sdpgrind.codegen._recipe import Recipe
+
+ROWS = 512  # chosen: rows that are asked of a recipe
+BLOCKS, STEPS = 64, 1000  # chosen: digests of the long run, steps of each; half a second on a computer
+SEED = 88172645463325252  # source: Marsaglia (2003), Xorshift RNGs
+
+
+@dataclass(frozen=True)
+class Answers:
+    """State, outputs and status after each row."""
+
+    states: Floats
+    outputs: Floats
+    codes: Any
+
+
+@dataclass
+class Reference:
+    """The library's step over rows of inputs."""
+
+    recipe: Recipe
+
+    def __post_init__(self) -> None:
+        self.fresh = reset_state(self.recipe)
+        self.state = self.fresh.copy()
+        self._finite = np.array(self.recipe.finite, dtype=bool)
+        self._blank = (0.0,) * len(self.recipe.inputs)
+
+    def take(self, rows: Floats, resets: Bools) -> Answers:
+        """Return what follows on rows (m, inputs), the state going on from the rows before."""
+        count, recipe = len(rows), self.recipe
+        states, codes = np.zeros((count, self.fresh.size)), np.zeros(count, dtype=np.int64)
+        outputs = np.zeros((count, len(recipe.outputs)))
+        kernels.run(
+            recipe.step, self.fresh, self.state, recipe.law, self._blank, rows, resets, self._finite,
+            states, outputs, codes,
+        )  # fmt: skip
+        return Answers(states, outputs, codes)
+
+
+@dataclass
+class Varied:
+    """Endless inputs around the rows of a recipe, the same in C."""
+
+    recipe: Recipe
+    rows: Floats
+    resets: Bools
+
+    def __post_init__(self) -> None:
+        self._seed, self._place = np.array([SEED], dtype=np.uint64), np.array([-1.0, 0.0, 0.0])
+        self._missing = ~np.array(self.recipe.finite, dtype=bool)
+        self.spread = spread_of(self.recipe)
+
+    def take(self, count: int) -> tuple[Floats, Bools]:
+        """Return the next `count` rows, and whether the state is reset before each."""
+        out, resets = np.empty((count, self.rows.shape[1])), np.empty(count, dtype=bool)
+        kernels.varied(
+            self._seed, self._place, self.rows, self.resets, self._missing, self.spread, out, resets
+        )
+        return out, resets
+
+
+def spread_of(recipe: Recipe) -> Floats:
+    """Return the half-width by which each input is varied, in its unit."""
+    given = recipe.spread
+    return np.ones(len(recipe.inputs)) if given is None else np.array(given, dtype=float)
+
+
+def rows_of(recipe: Recipe, rng: np.random.Generator, count: int) -> tuple[Floats, Bools]:
+    """Return the rows of all chains of a recipe, and where chains begin."""
+    chains = [one for one in recipe.chains(rng, count) if len(one)]
+    rows = np.ascontiguousarray(np.concatenate(chains))
+    resets = np.zeros(len(rows), dtype=bool)
+    resets[np.cumsum([0, *map(len, chains[:-1])])] = True
+    return rows, resets
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """Rows with the library's answers, the digest of these, and those of the long run."""
+
+    rows: Floats
+    resets: Bools
+    answers: Answers
+    digest: int
+    digests: tuple[int, ...]
+
+    def table(self) -> Floats:
+        """Return the rows of ``vectors.bin``: inputs, outputs, status; a row of NaN where the state is reset."""
+        found = np.column_stack([self.rows, self.answers.outputs, self.answers.codes.astype(float)])
+        return np.insert(found, np.flatnonzero(self.resets), np.nan, axis=0)
+
+
+def vectors_of(recipe: Recipe) -> Vectors:
+    """Return the vectors of a recipe, the same at every export."""
+    rows, resets = rows_of(recipe, np.random.default_rng(0), ROWS)
+    answers = Reference(recipe).take(rows, resets)
+    digest = _digest(answers, 0, len(rows))
+    varied, reference, digests = Varied(recipe, rows, resets), Reference(recipe), []
+    for _ in range(BLOCKS):
+        digests.append(_digest(reference.take(*varied.take(STEPS)), 0, STEPS))
+    return Vectors(rows, resets, answers, digest, tuple(digests))
+
+
+def _digest(answers: Answers, first: int, last: int) -> int:
+    return int(kernels.digest(answers.states, answers.outputs, answers.codes, first, last))
