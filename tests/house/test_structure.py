@@ -17,14 +17,15 @@ AREAS = ("finishing", "locus", "plunge", "weldbead")
 GROUND = ("sdpgrind", "sdpgrind.base")  # the package itself for its version only
 ALLOWED = {
     "sdpgrind.base": GROUND,
-    "sdpgrind.sdp": GROUND,
-    "sdpgrind.identify": GROUND,
+    "sdpgrind.codegen": GROUND,
+    "sdpgrind.sdp": (*GROUND, "sdpgrind.codegen"),
+    "sdpgrind.identify": (*GROUND, "sdpgrind.codegen"),
     "sdpgrind.physics": GROUND,
     "sdpgrind.control": GROUND,
     **{
         f"sdpgrind.{area}": (
             *GROUND,
-            *(f"sdpgrind.{name}" for name in ("sdp", "identify", "physics", "control")),
+            *(f"sdpgrind.{name}" for name in ("codegen", "sdp", "identify", "physics", "control")),
         )
         for area in AREAS
     },

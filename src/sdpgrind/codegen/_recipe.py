@@ -58,6 +58,8 @@ class Recipe:
         Half-width by which the self-test varies each input of `vectors`, in its unit. Default: 1.
     kind : str
         What it is, for the manifest.
+    answer : callable(status, outputs), optional
+        Makes the command that `Exported.controller` returns of status and outputs. Default: the outputs.
 
     Raises
     ------
@@ -94,6 +96,7 @@ class Recipe:
     vectors: Callable[[np.random.Generator, int], Sequence[Floats]] | None = None
     spread: Sequence[float] | None = None
     kind: str = "step"
+    answer: Callable[[int, dict[str, float]], dict[str, float]] | None = None
 
     def __post_init__(self) -> None:
         c_name("name", self.name)

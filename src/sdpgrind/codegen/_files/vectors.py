@@ -33,18 +33,29 @@ class Reference:
     def __post_init__(self) -> None:
         self.fresh = reset_state(self.recipe)
         self.state = self.fresh.copy()
-        self._finite = np.array(self.recipe.finite, dtype=bool)
-        self._blank = (0.0,) * len(self.recipe.inputs)
+        self._finite = np.flatnonzero(self.recipe.finite)
 
     def take(self, rows: Floats, resets: Bools) -> Answers:
-        """Return what follows on rows (m, inputs), the state going on from the rows before."""
+        """Return what follows on rows (m, inputs), the state going on from the rows before.
+
+        As in C a step works on a copy of the state, which counts where its status is not below 0.
+        """
         count, recipe = len(rows), self.recipe
-        states, codes = np.zeros((count, self.fresh.size)), np.zeros(count, dtype=np.int64)
+        states, codes = np.zeros((count, self.fresh.size)), np.full(count, -1)
         outputs = np.zeros((count, len(recipe.outputs)))
-        kernels.run(
-            recipe.step, self.fresh, self.state, recipe.law, self._blank, rows, resets, self._finite,
-            states, outputs, codes,
-        )  # fmt: skip
+        usable = np.isfinite(rows[:, self._finite]).all(axis=1)
+        step, law, work = recipe.step, recipe.law, self.state.copy()
+        for k, (row, reset, good) in enumerate(zip(rows.tolist(), resets, usable, strict=True)):
+            if reset:
+                self.state[:] = self.fresh
+            if good:
+                work[:] = self.state
+                codes[k] = step(work, *law, *row, outputs[k])
+                if codes[k] >= 0:
+                    self.state[:] = work
+                else:
+                    codes[k], outputs[k] = -1, 0.0
+            states[k] = self.state
         return Answers(states, outputs, codes)
 
 

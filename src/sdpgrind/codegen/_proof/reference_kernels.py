@@ -1,7 +1,6 @@
-"""Steps of a recipe in machine code of numba, over rows of inputs; inputs and digests of the self-test."""
+"""Inputs and digests of the self-test, and comparison of bits."""
 
 import numpy as np
-from numba.cpython.unsafe.tuple import tuple_setitem
 
 from sdpgrind.base.compiling.compiled import compiled
 
@@ -65,27 +64,6 @@ def _input(word, value, half, missing):
     if what == _FAR_OFF:
         half *= _FAR
     return value + 2.0 * half * share
-
-
-@compiled
-def run(step, fresh, state, law, blank, rows, resets, finite, states, outs, codes):
-    """Take all rows; keep state, outputs and status after each. `blank`: a tuple of one number an input."""
-    work, out = fresh.copy(), np.zeros(outs.shape[1])
-    for k in range(rows.shape[0]):
-        if resets[k]:
-            state[:] = fresh
-        given, usable = blank, True
-        for j in range(rows.shape[1]):
-            usable = usable and (np.isfinite(rows[k, j]) or not finite[j])
-            given = tuple_setitem(given, j, rows[k, j])
-        codes[k], outs[k] = -1, 0.0
-        if usable:
-            work[:] = state
-            codes[k] = step(*((work, *law, *given, out)))
-            if codes[k] >= 0:
-                state[:] = work
-                outs[k] = out
-        states[k] = state
 
 
 @compiled
