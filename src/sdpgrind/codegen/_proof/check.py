@@ -104,8 +104,9 @@ def _expected(recipe: Recipe, states: int, rng: Seed) -> Iterator[tuple[int, tup
 
 
 def _wrong(found: Answers, wanted: Answers) -> Any:
-    wrong = reference_kernels.differing(found.states, wanted.states)
-    return wrong | reference_kernels.differing(found.outputs, wanted.outputs) | (found.codes != wanted.codes)
+    pairs = ((found.states, wanted.states), (found.outputs, wanted.outputs))
+    wrong = [reference_kernels.differing(*(one.view(np.uint64) for one in pair)) for pair in pairs]
+    return wrong[0] | wrong[1] | (found.codes != wanted.codes)
 
 
 def _difference(build: str, begin: int, k: int, rows: Floats, found: Answers, wanted: Answers) -> Difference:

@@ -8,6 +8,7 @@ from sdpgrind.base.compiling.compiled import compiled
 _LEFT, _RIGHT, _LAST = np.uint64(13), np.uint64(7), np.uint64(17)
 _BASIS, _PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
 _NAN = np.uint64(0x7FF8000000000000)  # derived: the bits of every NaN
+_INFINITY, _UNSIGNED = np.uint64(0x7FF0000000000000), np.uint64(0x7FFFFFFFFFFFFFFF)
 _UNIT = 2.0**-53  # derived: step of the 53 bits of a share
 _FAR = 50.0  # chosen: spreads by which an input is far off
 _RESET, _SKIP, _HOLD, _JUMP = range(4)  # of 256 numbers, what happens to the next row
@@ -67,33 +68,30 @@ def _input(word, value, half, missing):
 
 
 @compiled
-def digest(states, outs, codes, first, last):
-    """Digest of states, outputs and statuses of the rows from `first` up to `last`; every NaN is the same."""
+def digest(states, outs, codes):
+    """Digest of all states, outputs (as uint64) and statuses; every NaN is the same."""
     total = _BASIS
-    for k in range(first, last):
+    for k in range(codes.size):
         total = (total ^ np.uint64(codes[k] + 4)) * _PRIME
         for j in range(outs.shape[1]):
-            total = (total ^ _bits(outs[k, j])) * _PRIME
+            total = (total ^ _same_nan(outs[k, j])) * _PRIME
         for j in range(states.shape[1]):
-            total = (total ^ _bits(states[k, j])) * _PRIME
+            total = (total ^ _same_nan(states[k, j])) * _PRIME
     return total
 
 
 @compiled
-def _bits(number):
-    if np.isnan(number):
-        return _NAN
-    cell = np.empty(1)
-    cell[0] = number
-    return cell.view(np.uint64)[0]
+def _same_nan(bits):
+    """Return the bits of a double, those of one NaN for all of them."""
+    return _NAN if (bits & _UNSIGNED) > _INFINITY else bits
 
 
 @compiled
 def differing(first, second):
-    """Whether two arrays (m, n) differ in bits in each row; a NaN equals any other."""
+    """Whether two arrays (m, n) of bits (uint64) differ in each row; a NaN equals any other."""
     found = np.zeros(first.shape[0], dtype=np.bool_)
     for k in range(first.shape[0]):
         for j in range(first.shape[1]):
-            if _bits(first[k, j]) != _bits(second[k, j]):
+            if _same_nan(first[k, j]) != _same_nan(second[k, j]):
                 found[k] = True
     return found
