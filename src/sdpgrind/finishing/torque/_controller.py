@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY
 from functools import cached_property
 from math import nan
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,9 @@ from sdpgrind.finishing.torque._model import continuous, sampled
 from sdpgrind.finishing.torque._poles import AxisPoles, check_stable, poles_of
 from sdpgrind.finishing.torque._reference import TorqueReference, reference
 from sdpgrind.finishing.torque._states import CONTROLLER, LAW
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 _UNDAMPED = 0.5  # s, chosen: waiting time for an undamped contact
 _DIGEST = 12  # chosen: hexadecimal digits
@@ -245,6 +248,15 @@ class TorqueController(Stateful, Described):
         count = state[_COUNT]
         command = {"current": current, "feed_override": 1.0 if count > law.parameters[_SETTLE_STEPS] else 0.0}
         return {**command, "motion": self.motion.profile} if count == 1.0 else command
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it; the profile of the motion stays on the machine."""
+        from sdpgrind.finishing.torque._recipe import recipe_of
+
+        if self.observer == "ideal":
+            raise checks.refuse("observer", "'pid' or 'state': no sensor has the true contact torque", "ideal")
+        profile = None if self.motion is None else self.motion.profile
+        return recipe_of(self.law, profile, self.period)
 
     def report(self) -> dict[str, float]:
         """Return estimate and reference of the contact torque, N m."""
