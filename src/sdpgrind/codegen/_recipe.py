@@ -60,6 +60,10 @@ class Recipe:
         What it is, for the manifest.
     answer : callable(status, outputs), optional
         Makes the command that `Exported.controller` returns of status and outputs. Default: the outputs.
+    commands : mapping of str to str, optional
+        Name of each command to its unit. Default: the outputs.
+    job, description : mapping
+        As the thing's own, for `Exported.controller`.
 
     Raises
     ------
@@ -96,7 +100,10 @@ class Recipe:
     vectors: Callable[[np.random.Generator, int], Sequence[Floats]] | None = None
     spread: Sequence[float] | None = None
     kind: str = "step"
-    answer: Callable[[int, dict[str, float]], dict[str, float]] | None = None
+    answer: Callable[[int, dict[str, float]], dict[str, Any]] | None = None
+    commands: Mapping[str, str] | None = None
+    job: Mapping[str, object] = field(default_factory=dict)
+    description: Mapping[str, float | str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         c_name("name", self.name)

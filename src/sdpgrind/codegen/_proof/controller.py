@@ -49,14 +49,30 @@ class CompiledController:
     @property
     def commands(self) -> Mapping[str, str]:
         """Name of each output to its unit."""
-        return self._recipe.outputs
+        recipe = self._recipe
+        return recipe.outputs if recipe.commands is None else recipe.commands
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine of the thing that was exported."""
+        return self._recipe.job
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """What the thing that was exported tells the log."""
+        return self._recipe.description
+
+    @property
+    def stands_for(self) -> str:
+        """Class of the thing that was exported, for the log."""
+        return self._recipe.kind
 
     def reset(self) -> None:
         """Start the next part."""
         self.status = 0
         self._library.reset(self.state)
 
-    def step(self, **measurement: Any) -> dict[str, float]:
+    def step(self, **measurement: Any) -> dict[str, Any]:
         """Return the outputs by name; an input that is not given is NaN. Others are not used.
 
         Raises
