@@ -16,6 +16,8 @@ STEPS = {
     "force": "sdpgrind.weldbead.force._kernels:control_step",
     "table of a locus": "sdpgrind.locus._trace.table_kernels:look_up",
     "policy": "sdpgrind.sdp._policy.look_up_kernels:act",
+    "policy, one state": "sdpgrind.sdp._policy.single_kernels:act_at",
+    "policy, value of one state": "sdpgrind.sdp._policy.single_kernels:value_at",
 }
 
 
