@@ -2,4 +2,4 @@
 
 from sdpgrind.sdp._policy.single_kernels import FOUND as FOUND
 from sdpgrind.sdp._policy.single_kernels import OUTSIDE as OUTSIDE
-from sdpgrind.sdp._policy.single_kernels import act_at as act_at
+from sdpgrind.sdp._policy.single_kernels import act_linear_at as act_linear_at

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.sdp.kernels import OUTSIDE, act_at
+from sdpgrind.sdp.kernels import OUTSIDE, act_linear_at
 
 
 @compiled(error_model="numpy")
@@ -12,9 +12,9 @@ def next_pass_at(
 ):
     """Fill `out`: duration (s), feed (mm/s), force (N), gap ($). Return 1 where grinding stops; -1: outside.
 
-    Constants up to `lines` are those of `act_at`; `durations` (s) and `feeds` (mm/s): of the moves.
+    Constants up to `lines` are those of `act_linear_at`; `durations` (s) and `feeds` (mm/s): of the moves.
     """
-    found, move, _, force, gained = act_at(
+    found, move, _, force, gained = act_linear_at(
         frame, shape, best, entry, control, gap, at, start, lines, 0, time_left, height, 0.0, 0.0
     )
     if found > OUTSIDE:
