@@ -1,7 +1,6 @@
 """`export`: C99 of a plan, a controller or a user's own kernel, with the library's bits."""
 
 import os
-from pathlib import Path
 from typing import Any
 
 from sdpgrind import __version__
@@ -110,5 +109,3 @@ def files_of(recipe: Recipe, name: str, source: Source, vectors: Vectors) -> dic
         "vectors.bin": vectors.table().astype("<f8").tobytes(),
     }
     return {**files, "manifest.json": text_of(told, files).encode()}
-
-

@@ -29,7 +29,9 @@ from sdpgrind.codegen._translate.views import SizeUnknownError, Views
 
 EXACT = "sqrt floor ceil fabs trunc copysign rint"
 """Functions of C that IEEE 754 defines to the last bit."""
-LIBM = "exp log pow sin cos tan asin acos atan atan2 sinh cosh tanh expm1 log1p hypot exp2 log2 log10 cbrt fmod"
+LIBM = (
+    "exp log pow sin cos tan asin acos atan atan2 sinh cosh tanh expm1 log1p hypot exp2 log2 log10 cbrt fmod"
+)
 """Functions whose last bits are those of the C library."""
 _CALLED = {"abs": "fabs", "absolute": "fabs", "arcsin": "asin", "arccos": "acos", "arctan": "atan"}
 _CALLED |= {"arctan2": "atan2", "power": "pow"}
@@ -59,7 +61,9 @@ class Calls(Views):
             items = self._bound(node, thing.__new__, skip=1)
             return Value("", Tuple(thing, tuple(one.type for one in items)), items=tuple(items))
         if node.keywords and thing not in (np.empty, np.zeros, np.ones):
-            raise self.refused(node, "an argument by its name, of a function of numpy", "hand it over by place")
+            raise self.refused(
+                node, "an argument by its name, of a function of numpy", "hand it over by place"
+            )
         return self._of_library(node, thing)
 
     # -- kernels ---------------------------------------------------------------------------------------
@@ -168,9 +172,15 @@ class Calls(Views):
         if kinds:
             told = self.expression(kinds[0]).type
             element = ELEMENTS[np.dtype(told.thing)] if isinstance(told, Known) else FLOAT64
-        items = [asked] if not isinstance(asked.type, Tuple) else [self.item(asked, k) for k in range(len(asked.type.types))]
+        items = (
+            [asked]
+            if not isinstance(asked.type, Tuple)
+            else [self.item(asked, k) for k in range(len(asked.type.types))]
+        )
         if any(one.count is None for one in items):
-            raise SizeUnknownError(str(self.refused(node, "an array of a size that is no constant", "state it as a constant")))
+            raise SizeUnknownError(
+                str(self.refused(node, "an array of a size that is no constant", "state it as a constant"))
+            )
         shape = tuple(one.count or 0 for one in items)
         kind = Array(element, shape, dense(shape))
         name = self.name(hint) if hint else self.fresh()
@@ -190,7 +200,9 @@ class Calls(Views):
         if name in ("reshape", "ravel") and kind.dense:
             counts = [one.count for one in self.operands(list(node.args))] if name == "reshape" else [-1]
             if None in counts:
-                raise SizeUnknownError(str(self.refused(node, "a shape that is no constant", "state it as a constant")))
+                raise SizeUnknownError(
+                    str(self.refused(node, "a shape that is no constant", "state it as a constant"))
+                )
             return replace(base, type=self._reshaped(node, kind, [one for one in counts if one is not None]))
         raise self.refused(node, f"the method {name} of an array", "write the loop")
 

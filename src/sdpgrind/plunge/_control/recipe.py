@@ -17,7 +17,18 @@ INPUTS = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
 OUTPUTS = {"command_rate": "mm/s", "balancing": ""}
 _PLACES = {
     name: getattr(at, name.upper())
-    for name in ("section", "rate", "remaining", "commanded", "missed", "size", "touched", "zero", "scale", "sharpness")
+    for name in (
+        "section",
+        "rate",
+        "remaining",
+        "commanded",
+        "missed",
+        "size",
+        "touched",
+        "zero",
+        "scale",
+        "sharpness",
+    )
 }
 _LONGEST = 420  # chosen: samples of a part of the self-test; parts of the presets take some 400
 _MORE = 3  # chosen: samples after the end of a part
@@ -70,7 +81,10 @@ class _Part:
         state, law = np.zeros(at.STATES), named(self.law, at.LAW)
         start_control(state, self.law)
         command, out, after = 0.0, np.zeros(2), 0
-        deflection, removed = -self.core.K0 * rng.uniform(0.5, 1.5), rng.normal(0.0, 2e-3) * (fault == "stock")
+        deflection, removed = (
+            -self.core.K0 * rng.uniform(0.5, 1.5),
+            rng.normal(0.0, 2e-3) * (fault == "stock"),
+        )
         dull = rng.uniform(0.7, 1.6)
         for k in range(_LONGEST):
             v = float(rate(deflection, self.core)) / dull
