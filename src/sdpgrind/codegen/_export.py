@@ -35,8 +35,9 @@ def export(
     ----------
     thing : plan, controller or Recipe
         What has ``__export__``: `weldbead.SequencePolicy`, `locus.LocusTable` (``locus.table()``),
-        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`; or a `Recipe` of a
-        kernel of one's own.
+        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
+        `weldbead.force.ForceController` (its law, to which force and position of the plan are handed over);
+        or a `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
@@ -92,8 +93,8 @@ def recipe_of(thing: Any) -> Recipe:
     told = getattr(type(thing), "__export__", None)
     if told is None:
         raise TypeError(
-            f"thing must be a SequencePolicy, a LocusTable, a CycleController, a StagedController, a "
-            f"TorqueController or a Recipe; got {type(thing).__name__}"
+            "thing must be a SequencePolicy, a LocusTable, a CycleController, a StagedController, a"
+            f" TorqueController, a ForceController or a Recipe; got {type(thing).__name__}"
         )
     recipe: Recipe = told(thing)
     return recipe

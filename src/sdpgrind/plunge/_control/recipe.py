@@ -53,7 +53,7 @@ def recipe_of(law: Floats, model: PlungeModel, period: float, kind: str) -> Reci
         period=period,
         status=("go on", "retract"),
         places=_PLACES,
-        equations="Dong, Danai and Malkin (2004), section 2; safe position of the axis, see the docs of plunge.",
+        equations="Dong, Danai and Malkin (2004), section 2; safe position of the axis.",
         vectors=part.chains,
         spread=(_SIZE_SPREAD, _POWER_SPREAD * watts, 0.0),
         kind=kind,
