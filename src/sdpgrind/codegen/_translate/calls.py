@@ -36,6 +36,7 @@ LIBM = (
 _CALLED = {"abs": "fabs", "absolute": "fabs", "arcsin": "asin", "arccos": "acos", "arctan": "atan"}
 _CALLED |= {"arctan2": "atan2", "power": "pow"}
 _TESTS = {"isnan", "isinf", "isfinite"}
+_KNOWN = {"min", "max", "len", *EXACT.split(), *LIBM.split(), *_CALLED, *_TESTS}
 _INTEGERS = (int, np.int64, np.intp)
 
 
@@ -108,6 +109,8 @@ class Calls(Views):
         name = getattr(thing, "__name__", "")
         if thing in (np.empty, np.zeros, np.ones):
             return self._made(node, thing)
+        if not isinstance(thing, type) and name not in _KNOWN:
+            raise self.refused(node, f"the function {name or thing}", f"use one of: {EXACT} {LIBM}")
         values = self.operands(list(node.args))
         if thing in (min, max):
             return self._extreme(node, name, values)
@@ -121,7 +124,7 @@ class Calls(Views):
         if thing in (bool, np.bool_):
             return self.as_truth(node, values[0])
         if not any(thing is getattr(home, name, None) for home in (math, np)) and thing is not abs:
-            raise self.refused(node, f"the function {name or thing}", "use functions of math, or a kernel")
+            raise self.refused(node, f"the function {name}", "use functions of math and numpy, or a kernel")
         return self._of_math(node, _CALLED.get(name, name), values)
 
     def _of_math(self, node: ast.Call, name: str, values: list[Value]) -> Value:
@@ -133,9 +136,7 @@ class Calls(Views):
             return Value(f"{name}({', '.join(numbers)}) != 0", BOOL, LOWEST)
         if name in EXACT.split():
             return Value(f"{name}({', '.join(numbers)})", FLOAT64)
-        if name in LIBM.split():
-            return Value(f"{self.program.helper(name)}({', '.join(numbers)})", FLOAT64)
-        raise self.refused(node, f"the function {name}", f"use one of: {EXACT} {LIBM}")
+        return Value(f"{self.program.helper(name)}({', '.join(numbers)})", FLOAT64)
 
     def _extreme(self, node: ast.Call, name: str, values: list[Value]) -> Value:
         """Fold from the left, as numba does with NaN."""

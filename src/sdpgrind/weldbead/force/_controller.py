@@ -182,7 +182,7 @@ class ForceController(Stateful):
         return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0, 0.0]])
 
     def __export__(self) -> "Recipe":
-        """Return what `sdpgrind.export` writes of it: the law; force (N) and position (mm) are handed over."""
+        """Return what `sdpgrind.export` writes: the law; planned force (N) and position (mm) are inputs."""
         from sdpgrind.weldbead.force._recipe import recipe_of
 
         state = self._settled(0.0) if self._plan is None else self.start()
