@@ -233,6 +233,7 @@ def check_result(function: Function) -> None:
     """Hold the result's type against numba's."""
     arguments = tuple(to_numba(one) for one in function.types)
     function.kernel.compile(arguments)
-    result = function.kernel.overloads[arguments].signature.return_type
+    compiled: Any = function.kernel.overloads[arguments]
+    result = compiled.signature.return_type
     if not same_result(function.result, result):
         raise AssertionError(f"{function.name}: {function.result}, and numba has {result}")

@@ -38,7 +38,8 @@ class Views(Body):
     def field(self, base: Value, name: str) -> Value:
         """Return a field of a record: a number, or a view."""
         assert isinstance(base.type, Record)
-        inner, offset = (base.type.dtype.fields or {})[name][:2]
+        fields: Any = base.type.dtype.fields
+        inner, offset = fields[name][:2]
         place = moved(base, offset // 8, note=name)
         if inner.shape:
             return replace(place, type=Array(FLOAT64, inner.shape, dense(inner.shape)))
