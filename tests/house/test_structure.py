@@ -354,7 +354,7 @@ AT_MOST = {
     "sdpgrind.weldbead": 25,
     "sdpgrind.plunge": 25,
     "sdpgrind.locus": 26,
-    "sdpgrind.finishing": 33,  # five of them for robots, three for programs
+    "sdpgrind.finishing": 34,  # five of them for robots, three for programs, one for scans
     "centering": 35,
 }
 
