@@ -8,14 +8,14 @@ from typing import Any, Self
 
 from sdpgrind.base import checks
 from sdpgrind.base.rng import Seed
-from sdpgrind.codegen._proof.check import LEVELS, Checked, checked
+from sdpgrind.codegen._proof.check import LEVELS, ExportCheck, checked
 from sdpgrind.codegen._proof.controller import CompiledController
 from sdpgrind.codegen._recipe import Recipe
 
 
 @dataclass(frozen=True, eq=False)
 class Exported:
-    """Written export.
+    """Written export; its `size` is in bytes, unit 1.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Exported:
 
     @classmethod
     def of(cls, path: Path, recipe: Recipe) -> Self:
-        """Return the export in a folder, of a recipe.
+        """Return the export in a folder, of a recipe; units (mm, s, N) are those of the recipe.
 
         Parameters
         ----------
@@ -44,7 +44,7 @@ class Exported:
 
     @property
     def promise(self) -> str:
-        """What the bits depend on, in a sentence."""
+        """What the bits depend on, in a sentence without units."""
         return str(self.manifest["promise"])
 
     @property
@@ -60,8 +60,10 @@ class Exported:
         *,
         levels: Sequence[str] = LEVELS,
         rng: Seed = 0,
-    ) -> Checked:
+    ) -> ExportCheck:
         """Compile the C with each compiler at each level and compare it with the library in bits.
+
+        Numbers are compared in the units of the thing (mm, s, N).
 
         State, outputs and status are compared after every step. Inputs are those of the self-test, varied
         anew: with missing readings, outliers and restarts.
@@ -79,7 +81,7 @@ class Exported:
 
         Returns
         -------
-        Checked
+        ExportCheck
             Number of steps that differ, by build; the first of them; compilers that were not found.
 
         Raises
@@ -92,7 +94,7 @@ class Exported:
         return checked(self.recipe, self.path, name, states, tuple(compilers), tuple(levels), rng)
 
     def controller(self, compiler: str = "gcc") -> CompiledController:
-        """Return a controller whose `step` runs the C: the first half of hardware in the loop.
+        """Return a controller whose `step` runs the C (mm, s, N): the first half of hardware in the loop.
 
         Parameters
         ----------

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.codegen._files import vector_kernels as kernels
 from sdpgrind.codegen._files.shell import reset_state
-from sdpgrind.codegen._proof import reference_kernels as kernels
 from sdpgrind.codegen._recipe import Recipe
 
 ROWS = 512  # chosen: rows that are asked of a recipe
