@@ -98,7 +98,8 @@ def test_a_saved_policy_by_the_command(tmp_path, policy, capsys):
 
 
 def test_charges_that_are_not_exported_are_named(tmp_path):
-    policy = weldbead.plan(weldbead.preset("P1").replace(finish_charge=0.01), tolerance=None, nodes=41)
+    finish = weldbead.FinishCharge(0.4, reference_rate=12.5)
+    policy = weldbead.plan(weldbead.preset("P1").replace(finish_charge=finish), tolerance=None, nodes=41)
     with pytest.raises(ValueError, match="without a charge for the finish"):
         sdpgrind.export(policy, tmp_path / "bead")
 
