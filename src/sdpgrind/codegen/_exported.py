@@ -23,6 +23,8 @@ class Exported:
         Folder.
     manifest : mapping
         Content of ``manifest.json``.
+    recipe : Recipe
+        What was exported.
     """
 
     path: Path

@@ -138,7 +138,7 @@ class Recipe:
         return total.hexdigest()[:_FINGERPRINT]
 
     def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
-        """Return about `count` inputs in chains, arrays (m, inputs), in their units."""
+        """Return about `count` inputs in chains drawn by `rng`, arrays (m, inputs), in their units."""
         if self.vectors is None:
             return [rng.standard_normal((count, len(self.inputs)))]
         return [np.array(one, dtype=float).reshape(-1, len(self.inputs)) for one in self.vectors(rng, count)]

@@ -22,7 +22,19 @@ _CHUNK = 20_000  # chosen: steps at once: 25 MB of states of a controller of plu
 
 @dataclass(frozen=True)
 class Difference:
-    """First step that differs: inputs, outputs and state, in the units of the export (mm, s, N ...)."""
+    """First step that differs: inputs, outputs and state, in the units of the export (mm, s, N ...).
+
+    Attributes
+    ----------
+    build : str
+        Compiler and level.
+    step : int
+        Number of the step.
+    inputs, outputs, state : tuple of float
+        Of the C.
+    wanted, wanted_state : tuple of float
+        Outputs and state of the library.
+    """
 
     build: str
     step: int

@@ -18,6 +18,17 @@ class CompiledController:
 
     A copy has a state of its own.
 
+    Parameters
+    ----------
+    recipe : Recipe
+        What was exported.
+    folder : Path
+        Folder of the export.
+    name : str
+        Prefix of its functions.
+    compiler : str
+        Command of the C compiler.
+
     Attributes
     ----------
     period : float or None
@@ -74,6 +85,11 @@ class CompiledController:
 
     def step(self, **measurement: Any) -> dict[str, Any]:
         """Return the outputs by name, in their units; an input (mm, s, N ...) that is not given is NaN.
+
+        Parameters
+        ----------
+        **measurement
+            Inputs by name; others are not used.
 
         Raises
         ------
