@@ -26,10 +26,10 @@ def finite(rng, count):
 
 
 def recipe(kernel, **more):
-    vectors = finite if kernel in (kernels.whole_numbers, kernels.calls, kernels.views) else numbers
+    whole = kernel in (kernels.whole_numbers, kernels.calls, kernels.views, kernels.loops, kernels.constants)
     return Recipe(
-        kernel.py_func.__name__, kernel, INPUTS, OUTPUTS, state=np.zeros(7), missing=("x", "y"),
-        vectors=vectors, spread=(1.0, 1.0), **more,
+        kernel.py_func.__name__, kernel, INPUTS, OUTPUTS, state=np.zeros(7), missing=() if whole else ("x", "y"),
+        vectors=finite if whole else numbers, spread=(1.0, 1.0), **more,
     )  # fmt: skip
 
 

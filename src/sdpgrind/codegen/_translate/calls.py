@@ -180,7 +180,8 @@ class Calls(Views):
         made = Value(name, kind, root=name)
         self.written.add(name)
         if thing is not np.empty:
-            self.filled(node, made, literal(0 if thing is np.zeros else 1))
+            cell = literal(thing is np.ones)
+            self.filled(node, made, cell if element == BOOL else literal(int(thing is np.ones)))
         return made
 
     def _method(self, node: ast.Call, base: Value, kind: Array, name: str) -> Value:

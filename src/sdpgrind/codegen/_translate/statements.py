@@ -7,7 +7,7 @@ from dataclasses import replace
 from sdpgrind.codegen._translate.body import Line, Variable
 from sdpgrind.codegen._translate.expressions import Expressions
 from sdpgrind.codegen._translate.types import INT64, Array, Known, Nothing, Record, Scalar, Tuple, Type, unified
-from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, PRODUCT, Value, cast, literal, within
+from sdpgrind.codegen._translate.values import PRIMARY, Value, literal, within
 
 _AT_MOST = re.compile(r"# at most (.+?)\s*$")
 _BY_NODE = {
@@ -123,12 +123,7 @@ class Statements(Expressions):
         if not place.code.endswith("]") or not isinstance(place.type, Scalar):
             raise self.refused(node, "setting a field of a tuple", "make a new tuple")
         self.write(node, place)
-        kind = place.type
-        found = cast(value, kind) if isinstance(value.type, Scalar) else None
-        if found is None and INT64.rank >= kind.rank > 0 and value.type == INT64:
-            found = Value(f"({kind.c}){within(value, PRIMARY)}", kind, PRODUCT)
-        if found is None:
-            raise self.refused(node, "storing a value that the array does not hold", "write int(...) or float(...)")
+        found = self.narrowed(node, value, place.type)
         self.emit(f"{place.code} = {found.code};")
 
     def updated(self, node: ast.AugAssign) -> None:

@@ -143,7 +143,9 @@ def to_numba(kind: Type) -> Any:
 
 
 def same_result(kind: Type, result: Any) -> bool:
-    """Whether a type is that of numba, of whatever layout its arrays are."""
+    """Whether a type is that of numba, of whatever layout its arrays and width its whole numbers are."""
+    if isinstance(kind, Scalar) and kind not in (BOOL, FLOAT64):
+        return isinstance(of_numba.unliteral(result), of_numba.Integer)
     if isinstance(kind, Array):
         return isinstance(result, of_numba.Array) and result.dtype == to_numba(kind).dtype
     if isinstance(kind, Tuple):

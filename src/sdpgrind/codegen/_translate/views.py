@@ -6,7 +6,7 @@ from typing import Any
 
 from sdpgrind.codegen._translate.body import Body, moved, place_of
 from sdpgrind.codegen._translate.types import FLOAT64, INT64, Array, Known, Record, Scalar, Tuple, dense
-from sdpgrind.codegen._translate.values import LOWEST, PRODUCT, Value, cast, literal, within
+from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, PRODUCT, Value, cast, literal, within
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,7 @@ class Views(Body):
         if isinstance(value.type, Array) and value.root == view.root:
             raise self.refused(node, "a copy within one array", "write the loop in the order that is meant")
         if not isinstance(value.type, Array):
-            value = self.converted(node, value, view.type.element)
+            value = self.narrowed(node, value, view.type.element)
             value = self.temporary(value) if value.reads or value.level == LOWEST else value
         self.each(
             view.type,
@@ -225,6 +225,15 @@ class Views(Body):
                 f"{self.element(value, names) if isinstance(value.type, Array) else value.code};"
             ),
         )
+
+    def narrowed(self, node: ast.AST, value: Value, kind: Scalar) -> Value:
+        """Return a number as an element of an array: whole numbers take what they hold."""
+        found = cast(value, kind) if isinstance(value.type, Scalar) else None
+        if found is None and INT64.rank >= kind.rank > 0 and value.type == INT64:
+            found = Value(f"({kind.c}){within(value, PRIMARY)}", kind, PRODUCT)
+        if found is None:
+            raise self.refused(node, "storing a value that the array does not hold", "write int(...) or float(...)")
+        return found
 
     def write(self, node: ast.AST, view: Value) -> None:
         """Note that a kernel writes through a variable."""
