@@ -11,7 +11,7 @@ from sdpgrind.codegen._proof import compilers
 COMPILER = "gcc"
 FOLDER = "binaries/linux64"
 _FLAGS = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s", "-Wl,--build-id=none")
-"""Nothing but functions of the standard is seen from outside: two FMUs in a process have equal names inside."""
+"""Only functions of the standard are seen from outside: two FMUs in a process have equal names inside."""
 
 
 def binary_of(name: str, sources: Mapping[str, bytes]) -> tuple[bytes | None, str]:

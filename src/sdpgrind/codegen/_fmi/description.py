@@ -12,7 +12,8 @@ _SAMPLES = 500  # chosen: steps of the default experiment; some masters lengthen
 _DECLARED = b'<?xml version="1.0" encoding="UTF-8"?>\n'
 _ABLE = (
     "canBeInstantiatedOnlyOncePerProcess", "canGetAndSetFMUstate", "canHandleVariableCommunicationStepSize",
-    "canInterpolateInputs", "canNotUseMemoryManagementFunctions", "canRunAsynchronuously", "canSerializeFMUstate",
+    "canInterpolateInputs", "canNotUseMemoryManagementFunctions", "canRunAsynchronuously",
+    "canSerializeFMUstate",
 )  # fmt: skip
 
 

@@ -46,8 +46,8 @@ typedef struct {
     double mode;
     double time; /* s: end of the last step */
     double status; /* result of the last step */
-    double valid[FIELDS]; /* 0: no reading */
-    double inputs[FIELDS];
+    double valid[INPUTS]; /* 0: no reading */
+    double inputs[INPUTS];
     double outputs[OUTPUTS];
     unit_state state;
 } unit_values;
@@ -58,8 +58,8 @@ typedef struct {
     char name[];
 } unit;
 
-/* compilation stops here where input and output are no rows of doubles */
-typedef char inputs_are_doubles[(sizeof(unit_input) == (FIELDS * sizeof(double))) ? 1 : -1];
+/* compilation stops here unless input and output are rows of doubles */
+typedef char inputs_are_doubles[(sizeof(unit_input) == (INPUTS * sizeof(double))) ? 1 : -1];
 typedef char outputs_are_doubles[(sizeof(unit_output) == (OUTPUTS * sizeof(double))) ? 1 : -1];
 
 #define MESSAGE 256
@@ -94,7 +94,7 @@ static void start_anew(unit *self)
 {
     int k;
     (void)memset(&self->now, 0, sizeof self->now);
-    for (k = 0; k < FIELDS; k++) {
+    for (k = 0; k < INPUTS; k++) {
         self->now.valid[k] = 1.0;
     }
     UNIT_RESET(&self->now.state);
@@ -160,7 +160,7 @@ static fmi2Status status_refused(const unit *self, int32_t status)
 
 static fmi2Status advance(unit *self, double point, double length)
 {
-    double given[FIELDS];
+    double given[INPUTS];
     unit_input in;
     unit_output out;
     int32_t status;
@@ -168,7 +168,7 @@ static fmi2Status advance(unit *self, double point, double length)
     if (step_refused(self, point, length) != fmi2OK) {
         return fmi2Error;
     }
-    for (k = 0; k < FIELDS; k++) {
+    for (k = 0; k < INPUTS; k++) {
         given[k] = (self->now.valid[k] != 0.0) ? self->now.inputs[k] : (double)NAN;
     }
     (void)memcpy(&in, given, sizeof in);
@@ -205,9 +205,9 @@ FMI_EXPORT fmi2Status FMI(fmi2SetDebugLogging)(fmi2Component c, fmi2Boolean on, 
     return fmi2OK;
 }
 
-FMI_EXPORT fmi2Component FMI(fmi2Instantiate)(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
-                                              const fmi2CallbackFunctions *functions, fmi2Boolean visible,
-                                              fmi2Boolean logging)
+FMI_EXPORT fmi2Component FMI(fmi2Instantiate)(fmi2String name, fmi2Type type, fmi2String guid,
+                                              fmi2String resources, const fmi2CallbackFunctions *functions,
+                                              fmi2Boolean visible, fmi2Boolean logging)
 {
     unit *self;
     size_t length;
@@ -241,8 +241,9 @@ FMI_EXPORT void FMI(fmi2FreeInstance)(fmi2Component c)
     free(c);
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2SetupExperiment)(fmi2Component c, fmi2Boolean with_tolerance, fmi2Real tolerance,
-                                               fmi2Real start, fmi2Boolean with_stop, fmi2Real stop)
+FMI_EXPORT fmi2Status FMI(fmi2SetupExperiment)(fmi2Component c, fmi2Boolean with_tolerance,
+                                               fmi2Real tolerance, fmi2Real start, fmi2Boolean with_stop,
+                                               fmi2Real stop)
 {
     unit *self = c;
     (void)with_tolerance;
@@ -258,7 +259,8 @@ FMI_EXPORT fmi2Status FMI(fmi2SetupExperiment)(fmi2Component c, fmi2Boolean with
 
 FMI_EXPORT fmi2Status FMI(fmi2EnterInitializationMode)(fmi2Component c)
 {
-    return moved_on(c, CREATED, INITIALIZING, "fmi2EnterInitializationMode must come once, or after fmi2Reset");
+    return moved_on(c, CREATED, INITIALIZING,
+                    "fmi2EnterInitializationMode must come once, or after fmi2Reset");
 }
 
 FMI_EXPORT fmi2Status FMI(fmi2ExitInitializationMode)(fmi2Component c)
@@ -294,8 +296,8 @@ FMI_EXPORT fmi2Status FMI(fmi2GetReal)(fmi2Component c, const fmi2ValueReference
     return fmi2OK;
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2GetInteger)(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                                          fmi2Integer values[])
+FMI_EXPORT fmi2Status FMI(fmi2GetInteger)(fmi2Component c, const fmi2ValueReference references[],
+                                          size_t count, fmi2Integer values[])
 {
     const unit *self = c;
     size_t k;
@@ -308,8 +310,8 @@ FMI_EXPORT fmi2Status FMI(fmi2GetInteger)(fmi2Component c, const fmi2ValueRefere
     return fmi2OK;
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2GetBoolean)(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                                          fmi2Boolean values[])
+FMI_EXPORT fmi2Status FMI(fmi2GetBoolean)(fmi2Component c, const fmi2ValueReference references[],
+                                          size_t count, fmi2Boolean values[])
 {
     const unit *self = c;
     size_t k;
@@ -327,7 +329,7 @@ FMI_EXPORT fmi2Status FMI(fmi2GetString)(fmi2Component c, const fmi2ValueReferen
                                          fmi2String values[])
 {
     (void)values;
-    return (count == 0U) ? fmi2OK : refused_reference(c, references[0], "a String, of which there is none");
+    return (count == 0U) ? fmi2OK : refused_reference(c, references[0], "a String: there is none");
 }
 
 FMI_EXPORT fmi2Status FMI(fmi2SetReal)(fmi2Component c, const fmi2ValueReference references[], size_t count,
@@ -345,15 +347,15 @@ FMI_EXPORT fmi2Status FMI(fmi2SetReal)(fmi2Component c, const fmi2ValueReference
     return fmi2OK;
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2SetInteger)(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                                          const fmi2Integer values[])
+FMI_EXPORT fmi2Status FMI(fmi2SetInteger)(fmi2Component c, const fmi2ValueReference references[],
+                                          size_t count, const fmi2Integer values[])
 {
     (void)values;
-    return (count == 0U) ? fmi2OK : refused_reference(c, references[0], "an Integer input, of which there is none");
+    return (count == 0U) ? fmi2OK : refused_reference(c, references[0], "an Integer input: there is none");
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2SetBoolean)(fmi2Component c, const fmi2ValueReference references[], size_t count,
-                                          const fmi2Boolean values[])
+FMI_EXPORT fmi2Status FMI(fmi2SetBoolean)(fmi2Component c, const fmi2ValueReference references[],
+                                          size_t count, const fmi2Boolean values[])
 {
     unit *self = c;
     size_t k;
@@ -371,7 +373,7 @@ FMI_EXPORT fmi2Status FMI(fmi2SetString)(fmi2Component c, const fmi2ValueReferen
                                          const fmi2String values[])
 {
     (void)values;
-    return (count == 0U) ? fmi2OK : refused_reference(c, references[0], "a String, of which there is none");
+    return (count == 0U) ? fmi2OK : refused_reference(c, references[0], "a String: there is none");
 }
 
 /* States: copies of unit_values; as bytes they follow the fingerprint of the law. */
@@ -417,7 +419,8 @@ FMI_EXPORT fmi2Status FMI(fmi2SerializedFMUstateSize)(fmi2Component c, fmi2FMUst
     return fmi2OK;
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+FMI_EXPORT fmi2Status FMI(fmi2SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[],
+                                                 size_t size)
 {
     if ((state == NULL) || (size < (FINGERPRINT_SIZE + sizeof(unit_values)))) {
         return refused(c, "size must be that of fmi2SerializedFMUstateSize");
@@ -471,8 +474,9 @@ FMI_EXPORT fmi2Status FMI(fmi2SetRealInputDerivatives)(fmi2Component c, const fm
     return (count == 0U) ? fmi2OK : refused(c, "inputs are discrete: they have no derivatives");
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2GetRealOutputDerivatives)(fmi2Component c, const fmi2ValueReference references[],
-                                                        size_t count, const fmi2Integer orders[], fmi2Real values[])
+FMI_EXPORT fmi2Status FMI(fmi2GetRealOutputDerivatives)(fmi2Component c,
+                                                        const fmi2ValueReference references[], size_t count,
+                                                        const fmi2Integer orders[], fmi2Real values[])
 {
     (void)references;
     (void)orders;
@@ -505,7 +509,8 @@ FMI_EXPORT fmi2Status FMI(fmi2GetRealStatus)(fmi2Component c, const fmi2StatusKi
     return (kind == fmi2LastSuccessfulTime) ? fmi2OK : fmi2Discard;
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2GetIntegerStatus)(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+FMI_EXPORT fmi2Status FMI(fmi2GetIntegerStatus)(fmi2Component c, const fmi2StatusKind kind,
+                                                fmi2Integer *value)
 {
     (void)c;
     (void)kind;
@@ -513,7 +518,8 @@ FMI_EXPORT fmi2Status FMI(fmi2GetIntegerStatus)(fmi2Component c, const fmi2Statu
     return fmi2Discard;
 }
 
-FMI_EXPORT fmi2Status FMI(fmi2GetBooleanStatus)(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+FMI_EXPORT fmi2Status FMI(fmi2GetBooleanStatus)(fmi2Component c, const fmi2StatusKind kind,
+                                                fmi2Boolean *value)
 {
     (void)c;
     *value = 0;

@@ -45,5 +45,10 @@ def _guid(recipe: Recipe, name: str, version: str, c_files: Mapping[str, bytes],
 
 def _manifest(exported: bytes, guid: str, reason: str) -> dict[str, Any]:
     told: dict[str, Any] = json.loads(exported)
-    told["fmi"] = {"version": "2.0", "guid": guid, "binaries": [] if reason else [FOLDER], "no_binary": reason}
+    told["fmi"] = {
+        "version": "2.0",
+        "guid": guid,
+        "binaries": [] if reason else [FOLDER],
+        "no_binary": reason,
+    }
     return told

@@ -33,22 +33,20 @@ typedef {name}_state unit_state;
 
 /* value references: inputs from 0 on, outputs, flags of the inputs, status */
 #define INPUTS {inputs}
-#define FIELDS {fields}
 #define OUTPUTS {outputs}
 #define FIRST_FLAG {flags}
 #define STATUS_REFERENCE {status}
 
-static const int may_be_missing[FIELDS] = {{{missing}}};
+static const int may_be_missing[INPUTS] = {{{missing}}};
 
 """
 
 
 def unit_source(recipe: Recipe, name: str, guid: str) -> str:
     """Return the text of ``NAME_fmu.c``."""
-    count = len(recipe.inputs)
     top = _TOP.format(
-        name=name, upper=name.upper(), guid=guid, period=double(recipe.period or 0.0), inputs=count, fields=max(count, 1),
-        outputs=len(recipe.outputs), flags=first_flag(recipe), status=status_reference(recipe),
-        missing=", ".join(str(int(not one)) for one in recipe.finite) or "0",
+        name=name, upper=name.upper(), guid=guid, period=double(recipe.period or 0.0),
+        inputs=len(recipe.inputs), outputs=len(recipe.outputs), flags=first_flag(recipe),
+        status=status_reference(recipe), missing=", ".join(str(int(not one)) for one in recipe.finite),
     )  # fmt: skip
     return top + files("sdpgrind.codegen._fmi").joinpath("shell.c").read_text(encoding="ascii")

@@ -31,7 +31,9 @@ class Variable:
 def variables_of(recipe: Recipe) -> list[Variable]:
     """Return the variables of a recipe; refuse names that occur twice."""
     found = [*_inputs(recipe), *_outputs(recipe)]
-    checks.unique("names of inputs, their flags (NAME_valid), outputs and status", [one.name for one in found])
+    checks.unique(
+        "names of inputs, their flags (NAME_valid), outputs and status", [one.name for one in found]
+    )
     return found
 
 
@@ -47,7 +49,9 @@ def _inputs(recipe: Recipe) -> Iterator[Variable]:
 
 def _outputs(recipe: Recipe) -> Iterator[Variable]:
     for k, (name, unit) in enumerate(recipe.outputs.items()):
-        yield Variable(name, "Real", "output", len(recipe.inputs) + k, f"{words(name)}; 0 before the first step", unit)
+        yield Variable(
+            name, "Real", "output", len(recipe.inputs) + k, f"{words(name)}; 0 before the first step", unit
+        )
     told = "result of the last step; 0 before the first"
     yield Variable(STATUS, "Enumeration", "output", status_reference(recipe), told)
 
