@@ -31,7 +31,9 @@ if compiler is None:
 else:
     sources = [str(path) for path in sorted(stages.path.glob("*.c"))]
     program = str(stages.path / "t")
-    subprocess.run([compiler, "-std=c99", "-O2", "-ffp-contract=off", *sources, "-lm", "-o", program], check=True)
+    subprocess.run(
+        [compiler, "-std=c99", "-O2", "-ffp-contract=off", *sources, "-lm", "-o", program], check=True
+    )
     print(subprocess.run([program], capture_output=True, text=True, check=True).stdout.strip())
 
 # %%

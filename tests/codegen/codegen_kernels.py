@@ -32,7 +32,7 @@ class Table(NamedTuple):
 def arithmetic(state, x, y, out):
     """Operators in their order: a - (b - c) is not a - b - c."""
     out[0] = x - (y - 1.0) + 2.0 * (x + y) / (1.0 + x * x)
-    out[1] = -(-x) - -y
+    out[1] = -(-1.0 * x) - -y
     out[2] = x / y
     out[3] = (x + y) ** 2 + x**3 - y**5
     out[4] = (1.0 + x * x) ** -3
@@ -74,7 +74,7 @@ def extremes(state, x, y, out):
 def truths(state, x, y, out):
     """Chains, `and`, `or`, `not`, choices; numbers as truths."""
     out[0] = 1.0 if -1.0 < x <= y < 2.0 else 0.0
-    out[1] = x > 0.0 and y > 0.0 or not x < -1.0
+    out[1] = (x > 0.0 and y > 0.0) or not x < -1.0
     out[2] = 1.0 * np.isnan(x) + 2.0 * np.isfinite(y) + 4.0 * math.isinf(x)
     out[3] = x and y
     out[4] = x or 7.0

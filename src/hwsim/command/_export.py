@@ -25,6 +25,8 @@ def work(arguments: argparse.Namespace) -> int:
         plan, arguments.folder, arguments.target, name=arguments.name, overwrite=arguments.overwrite
     )
     name = made.manifest["name"]
-    print(f"{arguments.folder}: {name}.h, {name}.c ({made.size / 1000:.0f} kB), {name}_selftest.c, vectors.bin")
+    print(
+        f"{arguments.folder}: {name}.h, {name}.c ({made.size / 1000:.0f} kB), {name}_selftest.c, vectors.bin"
+    )
     print(made.promise)
     return 0

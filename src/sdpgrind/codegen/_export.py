@@ -1,7 +1,6 @@
 """`export`: C99 of a plan, a controller or a user's own kernel, with the library's bits."""
 
 import os
-from pathlib import Path
 from typing import Any
 
 from sdpgrind import __version__
@@ -38,8 +37,9 @@ def export(
     ----------
     thing : plan, controller or Recipe
         What has ``__export__``: `weldbead.SequencePolicy`, `locus.LocusTable` (``locus.table()``),
-        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`; or a `Recipe` of a
-        kernel of one's own.
+        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
+        `weldbead.force.ForceController` (its law, to which force and position of the plan are handed over);
+        or a `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
@@ -97,8 +97,8 @@ def recipe_of(thing: Any) -> Recipe:
     told = getattr(type(thing), "__export__", None)
     if told is None:
         raise TypeError(
-            f"thing must be a SequencePolicy, a LocusTable, a CycleController, a StagedController, a "
-            f"TorqueController or a Recipe; got {type(thing).__name__}"
+            "thing must be a SequencePolicy, a LocusTable, a CycleController, a StagedController, a"
+            f" TorqueController, a ForceController or a Recipe; got {type(thing).__name__}"
         )
     recipe: Recipe = told(thing)
     return recipe
@@ -114,5 +114,3 @@ def files_of(recipe: Recipe, name: str, source: Source, vectors: Vectors) -> dic
         "vectors.bin": vectors.table().astype("<f8").tobytes(),
     }
     return {**files, "manifest.json": text_of(told, files).encode()}
-
-

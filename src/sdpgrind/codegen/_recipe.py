@@ -112,8 +112,9 @@ class Recipe:
                 checks.kind("step", thing, Kernel, ", decorated by sdpgrind.base.compiling.compiled.compiled")
         for name in [*self.inputs, *self.outputs]:
             c_name("inputs, outputs", name)
-        if not self.outputs:
-            raise checks.refuse("outputs", "one at least", dict(self.outputs))
+        for what, names in (("inputs", self.inputs), ("outputs", self.outputs)):
+            if not names:
+                raise checks.refuse(what, "one at least", dict(names))
         if strange := set(self.missing) - set(self.inputs):
             raise checks.refuse("missing", "names of inputs", sorted(strange))
         state = np.array(self.state, dtype=float)

@@ -57,15 +57,13 @@ def header(recipe: Recipe, name: str, version: str, promise: str) -> str:
     """Return the text of the header."""
     equations = "".join(f" * {line}\n" for line in recipe.equations.splitlines())
     return _HEADER.format(
-        name=name, upper=name.upper(), kind=recipe.kind, version=version, promise=promise, equations=equations,
+        name=name, upper=name.upper(), kind=recipe.kind, version=version, promise=promise,
+        equations=equations,
         status="".join(f" *   {k:2d}  {one}\n" for k, one in enumerate(recipe.status)),
         constants=_constants(recipe, name.upper(), version),
-        inputs="\n".join(_field(recipe, one, unit) for one, unit in recipe.inputs.items()) or _NONE,
+        inputs="\n".join(_field(recipe, one, unit) for one, unit in recipe.inputs.items()),
         outputs="\n".join(_field(recipe, one, unit) for one, unit in recipe.outputs.items()),
     )  # fmt: skip
-
-
-_NONE = "    double unused;"
 
 
 def _field(recipe: Recipe, name: str, unit: str) -> str:

@@ -12,7 +12,8 @@ from sdpgrind.codegen._recipe import Recipe
 FLAGS = ("-std=c99", "-ffp-contract=off")
 _PROMISES = {
     "none": "same bits on every IEEE 754 target: no libm function is used",
-    "libm": "same bits where the C library computes {functions} as that of this computer; the self-test tells",
+    "libm": "same bits where the C library computes {functions} as that of this computer;"
+    " the self-test tells",
 }
 
 
@@ -31,7 +32,9 @@ def promise(source: Source) -> str:
 def manifest(recipe: Recipe, name: str, version: str, source: Source, vectors: Vectors) -> dict[str, Any]:
     """Return the manifest without the files' digests."""
     functions, program = list(source.program.functions.values()), source.program
-    bounds = [{"function": one.name, "file": one.source.file, **bound} for one in functions for bound in one.bounds]
+    bounds = [
+        {"function": one.name, "file": one.source.file, **bound} for one in functions for bound in one.bounds
+    ]
     return {
         "name": name,
         "kind": recipe.kind,
@@ -40,7 +43,11 @@ def manifest(recipe: Recipe, name: str, version: str, source: Source, vectors: V
         "equations": recipe.equations,
         "inputs": _interface(recipe.inputs, recipe.missing),
         "outputs": _interface(recipe.outputs, ()),
-        "state": {"size": recipe.state.size, "places": dict(recipe.places), "reset": _plain(reset_state(recipe))},
+        "state": {
+            "size": recipe.state.size,
+            "places": dict(recipe.places),
+            "reset": _plain(reset_state(recipe)),
+        },
         "period": recipe.period,
         "status": list(recipe.status),
         "math": math_of(source),
@@ -56,7 +63,9 @@ def manifest(recipe: Recipe, name: str, version: str, source: Source, vectors: V
 
 
 def _interface(names: Mapping[str, str], missing: Any) -> list[dict[str, Any]]:
-    return [{"name": one, "unit": unit or "1", "may_be_missing": one in missing} for one, unit in names.items()]
+    return [
+        {"name": one, "unit": unit or "1", "may_be_missing": one in missing} for one, unit in names.items()
+    ]
 
 
 def _plain(state: Any) -> list[float | str]:

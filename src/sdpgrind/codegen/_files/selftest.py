@@ -7,7 +7,7 @@ from sdpgrind.codegen._recipe import Recipe
 
 _TEXT = """\
 /*
- * {name}_selftest.c: {rows} vectors and {blocks} digests of {steps} steps each, against the library's answers.
+ * {name}_selftest.c: {rows} vectors and {blocks} digests of {steps} steps, against the library.
  * cc -std=c99 -O2 -ffp-contract=off {name}.c {name}_selftest.c -lm -o t && ./t
  * Returns 0 where every bit of outputs, status and state is that of the library, else 1.
  */
@@ -213,7 +213,8 @@ int main(void)
             blocks++;
         }}
     }}
-    printf("{name}: %d of %d vectors and %d of %d digests of %d steps differ", rows, ROWS, blocks, BLOCKS, STEPS);
+    printf("{name}: %d of %d vectors and ", rows, ROWS);
+    printf("%d of %d digests of %d steps differ", blocks, BLOCKS, STEPS);
     if (rows > 0) {{
         printf(", outputs by up to %.3g", largest);
     }}
@@ -227,11 +228,11 @@ def selftest(recipe: Recipe, name: str, vectors: Vectors) -> str:
     """Return the text of the self-test."""
     digests = [f"UINT64_C({one:#018x})" for one in vectors.digests]
     return _TEXT.format(
-        name=name, upper=name.upper(), guards=GUARDS, rows=len(vectors.rows), inputs=max(len(recipe.inputs), 1),
+        name=name, upper=name.upper(), guards=GUARDS, rows=len(vectors.rows), inputs=len(recipe.inputs),
         outputs=len(recipe.outputs), blocks=BLOCKS, steps=STEPS, seed=SEED, digest=f"{vectors.digest:#018x}",
         vectors=_vectors(vectors), digests=_columns(digests, 4), spread=_listed(spread_of(recipe)),
-        missing=", ".join(str(int(not one)) for one in recipe.finite) or "0",
-        given="\n".join(f"    in.{one} = row[{k}];" for k, one in enumerate(recipe.inputs)) or "    (void)row;",
+        missing=", ".join(str(int(not one)) for one in recipe.finite),
+        given="\n".join(f"    in.{one} = row[{k}];" for k, one in enumerate(recipe.inputs)),
         taken="\n".join(f"    out[{k}] = found.{one};" for k, one in enumerate(recipe.outputs)),
     )  # fmt: skip
 
@@ -249,7 +250,7 @@ def _columns(texts: list[str], count: int) -> str:
 
 
 def _listed(numbers: Floats) -> str:
-    return ", ".join(map(hexadecimal, numbers)) or "0.0"
+    return ", ".join(map(hexadecimal, numbers))
 
 
 def hexadecimal(number: float) -> str:

@@ -1,4 +1,4 @@
-"""Source of an export: guards against compilers that change bits, constants, functions, `reset` and `step`."""
+"""Source of an export: guards against compilers that change bits, functions, `reset` and `step`."""
 
 import inspect
 from dataclasses import dataclass
@@ -130,12 +130,18 @@ def _step(recipe: Recipe, name: str, program: Program, constants: list[Value]) -
     lines.append("int32_t status;")
     for one, finite in zip(recipe.inputs, recipe.finite, strict=True):
         lines += [f"if (isfinite(in->{one}) == 0) {{", "    return -1;", "}"] if finite else []
-    lines += [] if recipe.inputs else ["(void)in;"]
     lines += ["(void)memcpy(s, state->s, sizeof s);", f"status = (int32_t){call};"]
     if program.checked:
         fault = "fault = -3;" if function.faults else "return -3;"
         outside = f"{name}_outside"
-        lines += ["#ifdef SG_CHECK", f"if ({outside} != 0) {{", f"    {outside} = 0;", f"    {fault}", "}", "#endif"]
+        lines += [
+            "#ifdef SG_CHECK",
+            f"if ({outside} != 0) {{",
+            f"    {outside} = 0;",
+            f"    {fault}",
+            "}",
+            "#endif",
+        ]
     lines += ["if (fault != 0) {", "    return fault;", "}"] if function.faults else []
     lines += ["if (status < 0) {", "    return -1;", "}"]
     lines += ["(void)memcpy(state->s, s, sizeof s);"] if changes else []

@@ -107,7 +107,7 @@ class Vectors:
     digests: tuple[int, ...]
 
     def table(self) -> Floats:
-        """Return the rows of ``vectors.bin``: inputs, outputs, status; a row of NaN where the state is reset."""
+        """Return the rows of ``vectors.bin``: inputs, outputs, status; a row of NaN: reset."""
         found = np.column_stack([self.rows, self.answers.outputs, self.answers.codes.astype(float)])
         return np.insert(found, np.flatnonzero(self.resets), np.nan, axis=0)
 
@@ -117,10 +117,9 @@ def vectors_of(recipe: Recipe) -> Vectors:
     rows, resets = rows_of(recipe, np.random.default_rng(0), ROWS)
     answers = Reference(recipe).take(rows, resets)
     digest = _digest(answers)
-    varied, reference, digests = Varied(recipe, rows, resets), Reference(recipe), []
-    for _ in range(BLOCKS):
-        digests.append(_digest(reference.take(*varied.take(STEPS))))
-    return Vectors(rows, resets, answers, digest, tuple(digests))
+    varied, reference = Varied(recipe, rows, resets), Reference(recipe)
+    digests = tuple(_digest(reference.take(*varied.take(STEPS))) for _ in range(BLOCKS))
+    return Vectors(rows, resets, answers, digest, digests)
 
 
 def _digest(answers: Answers) -> int:

@@ -60,12 +60,20 @@ class Checked:
     def differing(self) -> int:
         """Number of steps that differ, of all builds; raises where nothing was run."""
         if not self.builds:
-            raise RuntimeError(f"nothing was run: none of {', '.join(self.missing)} was found on this computer")
+            raise RuntimeError(
+                f"nothing was run: none of {', '.join(self.missing)} was found on this computer"
+            )
         return sum(self.builds.values())
 
 
 def checked(
-    recipe: Recipe, folder: Path, name: str, states: int, names: Sequence[str], levels: Sequence[str], rng: Seed
+    recipe: Recipe,
+    folder: Path,
+    name: str,
+    states: int,
+    names: Sequence[str],
+    levels: Sequence[str],
+    rng: Seed,
 ) -> Checked:
     """Compare all builds with the library on varied inputs of the recipe."""
     there, missing = compilers.found(names)

@@ -32,7 +32,7 @@ class CompiledController:
         with tempfile.TemporaryDirectory() as kept:  # the library stays loaded without its file
             self._library = Library(folder, Path(kept), name, sizes, needed(compiler), "-O2")
         self.period, self.status = recipe.period, 0
-        self._inputs, self._outputs = np.zeros(max(len(recipe.inputs), 1)), np.zeros(len(recipe.outputs))
+        self._inputs, self._outputs = np.zeros(len(recipe.inputs)), np.zeros(len(recipe.outputs))
         self.state = np.zeros(recipe.state.size)
         self.reset()
 
@@ -84,7 +84,9 @@ class CompiledController:
             self._inputs[k] = float(measurement.get(name, np.nan))
         self.status = self._library.step(self.state, self._inputs, self._outputs)
         if self.status < 0:
-            given = ", ".join(f"{name}={value:g}" for name, value in zip(self._recipe.inputs, self._inputs, strict=False))
+            given = ", ".join(
+                f"{name}={value:g}" for name, value in zip(self._recipe.inputs, self._inputs, strict=False)
+            )
             raise ValueError(f"inputs must be within their range (status {self.status}); got {given}")
         found = dict(zip(self._recipe.outputs, self._outputs.tolist(), strict=True))
         told = self._recipe.answer

@@ -48,11 +48,13 @@ class Library:
         Numbers of inputs, outputs and entries of the state.
     """
 
-    def __init__(self, source: Path, folder: Path, name: str, sizes: tuple[int, int, int], compiler: str, *flags: str):
+    def __init__(
+        self, source: Path, folder: Path, name: str, sizes: tuple[int, int, int], compiler: str, *flags: str
+    ):
         self.name, self._sizes = name, sizes
         driver, built = folder / f"{name}_many.c", folder / f"{name}.so"
         inputs, outputs, states = sizes
-        driver.write_text(_MANY.format(name=name, inputs=max(inputs, 1), outputs=outputs, states=states))
+        driver.write_text(_MANY.format(name=name, inputs=inputs, outputs=outputs, states=states))
         include = f"-I{source}"
         compiled(compiler, [source / f"{name}.c", driver], built, "-shared", "-fPIC", include, *flags)
         self._library = ctypes.CDLL(str(built))
@@ -72,10 +74,12 @@ class Library:
     def take(self, rows: Floats, resets: Bools) -> Answers:
         """Return what follows on rows, the state going on from the rows before."""
         count, (_, outputs, states) = len(rows), self._sizes
-        found = Answers(np.zeros((count, states)), np.zeros((count, outputs)), np.zeros(count, dtype=np.int64))
+        found = Answers(
+            np.zeros((count, states)), np.zeros((count, outputs)), np.zeros(count, dtype=np.int64)
+        )
         many = getattr(self._library, f"{self.name}_many")
         flags = resets.astype(np.uint8)
-        given = np.ascontiguousarray(rows if rows.shape[1] else np.zeros((count, 1)))
+        given = np.ascontiguousarray(rows)
         arrays = (given, flags, found.states, found.outputs, found.codes)
         many(_pointer(self.state), ctypes.c_int64(count), *map(_pointer, arrays))
         return found

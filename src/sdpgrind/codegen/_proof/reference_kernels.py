@@ -39,7 +39,7 @@ def varied(seed, place, rows, resets, missing, spread, out, out_resets):
         row, count = np.int64(place[0]), rows.shape[0]
         if what == _SKIP:
             row += np.int64((word >> np.uint64(8)) & np.uint64(15))
-        elif what == _JUMP or what == _RESET:
+        elif what in (_JUMP, _RESET):
             row = np.int64((word >> np.uint64(8)) % np.uint64(count))
         elif what != _HOLD:
             row += 1

@@ -16,14 +16,15 @@ from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, Value, cast, lit
 if TYPE_CHECKING:
     from sdpgrind.codegen._translate.program import Program
 
-RESERVED = frozenset(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long"
-    " register restrict return short signed sizeof static struct switch typedef union unsigned void volatile"
-    " while bool true false fault acos asin atan atan2 cbrt ceil copysign cos cosh erf exp exp2 expm1 fabs"
-    " floor fma fmax fmin fmod frexp gamma hypot index j0 j1 jn ldexp lgamma log log10 log1p log2 logb modf"
-    " nan pow remainder rint round scalb sin sinh sqrt tan tanh tgamma time trunc y0 y1 yn memcpy memset signal"
-    " div abs labs".split()
-)
+_WORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int long
+register restrict return short signed sizeof static struct switch typedef union unsigned void volatile
+while bool true false fault acos asin atan atan2 cbrt ceil copysign cos cosh erf exp exp2 expm1 fabs
+floor fma fmax fmin fmod frexp gamma hypot index j0 j1 jn ldexp lgamma log log10 log1p log2 logb modf
+nan pow remainder rint round scalb sin sinh sqrt tan tanh tgamma time trunc y0 y1 yn memcpy memset signal
+div abs labs
+"""
+RESERVED = frozenset(_WORDS.split())
 """Names that C, its headers or the translation take."""
 
 
@@ -158,7 +159,9 @@ class Body(ABC):
     def _join(self, node: ast.AST, name: str, found: Variable, value: Value) -> None:
         kind = unified(found.type, value.type)
         if kind is None:
-            raise self.refused(node, f"one variable, {name}, of two types", "give the second a name of its own")
+            raise self.refused(
+                node, f"one variable, {name}, of two types", "give the second a name of its own"
+            )
         number = found.number if value.count == found.number else None
         if (kind, number) != (found.type, found.number):
             found.type, found.number, self.changed = kind, number, True
@@ -211,7 +214,9 @@ class Body(ABC):
             found.append(value)
         return found
 
-    def chosen(self, test: Value, kind: Type, branches: list[tuple[list[Line], Value]], node: ast.AST) -> Value:
+    def chosen(
+        self, test: Value, kind: Type, branches: list[tuple[list[Line], Value]], node: ast.AST
+    ) -> Value:
         """Return one of two values of which one must not be evaluated."""
         name = self.fresh()
         self.emit(f"{self.program.spelled(kind)} {name};", name)
@@ -268,7 +273,7 @@ def place_of(value: Value) -> str:
 
 def moved(value: Value, at: int, terms: tuple[str, ...] = (), note: str = "") -> Value:
     """Return a view that begins later."""
-    noted = value.note if not note else note
+    noted = note or value.note
     return replace(value, at=value.at + at, terms=value.terms + terms, note=noted)
 
 

@@ -29,11 +29,14 @@ from sdpgrind.codegen._translate.views import SizeUnknownError, Views
 
 EXACT = "sqrt floor ceil fabs trunc copysign rint"
 """Functions of C that IEEE 754 defines to the last bit."""
-LIBM = "exp log pow sin cos tan asin acos atan atan2 sinh cosh tanh expm1 log1p hypot exp2 log2 log10 cbrt fmod"
+LIBM = (
+    "exp log pow sin cos tan asin acos atan atan2 sinh cosh tanh expm1 log1p hypot exp2 log2 log10 cbrt fmod"
+)
 """Functions whose last bits are those of the C library."""
 _CALLED = {"abs": "fabs", "absolute": "fabs", "arcsin": "asin", "arccos": "acos", "arctan": "atan"}
 _CALLED |= {"arctan2": "atan2", "power": "pow"}
 _TESTS = {"isnan", "isinf", "isfinite"}
+_KNOWN = {"min", "max", "len", *EXACT.split(), *LIBM.split(), *_CALLED, *_TESTS}
 _INTEGERS = (int, np.int64, np.intp)
 
 
@@ -59,7 +62,9 @@ class Calls(Views):
             items = self._bound(node, thing.__new__, skip=1)
             return Value("", Tuple(thing, tuple(one.type for one in items)), items=tuple(items))
         if node.keywords and thing not in (np.empty, np.zeros, np.ones):
-            raise self.refused(node, "an argument by its name, of a function of numpy", "hand it over by place")
+            raise self.refused(
+                node, "an argument by its name, of a function of numpy", "hand it over by place"
+            )
         return self._of_library(node, thing)
 
     # -- kernels ---------------------------------------------------------------------------------------
@@ -104,6 +109,8 @@ class Calls(Views):
         name = getattr(thing, "__name__", "")
         if thing in (np.empty, np.zeros, np.ones):
             return self._made(node, thing)
+        if not isinstance(thing, type) and name not in _KNOWN:
+            raise self.refused(node, f"the function {name or thing}", f"use one of: {EXACT} {LIBM}")
         values = self.operands(list(node.args))
         if thing in (min, max):
             return self._extreme(node, name, values)
@@ -117,7 +124,7 @@ class Calls(Views):
         if thing in (bool, np.bool_):
             return self.as_truth(node, values[0])
         if not any(thing is getattr(home, name, None) for home in (math, np)) and thing is not abs:
-            raise self.refused(node, f"the function {name or thing}", "use functions of math, or a kernel")
+            raise self.refused(node, f"the function {name}", "use functions of math and numpy, or a kernel")
         return self._of_math(node, _CALLED.get(name, name), values)
 
     def _of_math(self, node: ast.Call, name: str, values: list[Value]) -> Value:
@@ -129,9 +136,7 @@ class Calls(Views):
             return Value(f"{name}({', '.join(numbers)}) != 0", BOOL, LOWEST)
         if name in EXACT.split():
             return Value(f"{name}({', '.join(numbers)})", FLOAT64)
-        if name in LIBM.split():
-            return Value(f"{self.program.helper(name)}({', '.join(numbers)})", FLOAT64)
-        raise self.refused(node, f"the function {name}", f"use one of: {EXACT} {LIBM}")
+        return Value(f"{self.program.helper(name)}({', '.join(numbers)})", FLOAT64)
 
     def _extreme(self, node: ast.Call, name: str, values: list[Value]) -> Value:
         """Fold from the left, as numba does with NaN."""
@@ -168,9 +173,15 @@ class Calls(Views):
         if kinds:
             told = self.expression(kinds[0]).type
             element = ELEMENTS[np.dtype(told.thing)] if isinstance(told, Known) else FLOAT64
-        items = [asked] if not isinstance(asked.type, Tuple) else [self.item(asked, k) for k in range(len(asked.type.types))]
+        items = (
+            [asked]
+            if not isinstance(asked.type, Tuple)
+            else [self.item(asked, k) for k in range(len(asked.type.types))]
+        )
         if any(one.count is None for one in items):
-            raise SizeUnknownError(str(self.refused(node, "an array of a size that is no constant", "state it as a constant")))
+            raise SizeUnknownError(
+                str(self.refused(node, "an array of a size that is no constant", "state it as a constant"))
+            )
         shape = tuple(one.count or 0 for one in items)
         kind = Array(element, shape, dense(shape))
         name = self.name(hint) if hint else self.fresh()
@@ -190,7 +201,9 @@ class Calls(Views):
         if name in ("reshape", "ravel") and kind.dense:
             counts = [one.count for one in self.operands(list(node.args))] if name == "reshape" else [-1]
             if None in counts:
-                raise SizeUnknownError(str(self.refused(node, "a shape that is no constant", "state it as a constant")))
+                raise SizeUnknownError(
+                    str(self.refused(node, "a shape that is no constant", "state it as a constant"))
+                )
             return replace(base, type=self._reshaped(node, kind, [one for one in counts if one is not None]))
         raise self.refused(node, f"the method {name} of an array", "write the loop")
 

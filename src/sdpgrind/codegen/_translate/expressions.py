@@ -12,8 +12,9 @@ from sdpgrind.codegen._translate.types import BOOL, FLOAT64, INT64, Scalar, Tupl
 from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, PRODUCT, SUM, Value, literal, within
 
 _SIGNS: dict[type, str] = {
-    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.LShift: "<<", ast.RShift: ">>", ast.BitAnd: "&",
-    ast.BitOr: "|", ast.BitXor: "^", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.LShift: "<<", ast.RShift: ">>",
+    ast.BitAnd: "&", ast.BitOr: "|", ast.BitXor: "^", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
+    ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
 _FOLDED: dict[type, Callable[[int, int], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.LShift: operator.lshift,
@@ -22,8 +23,8 @@ _FOLDED: dict[type, Callable[[int, int], Any]] = {
 }  # fmt: skip
 _BY_NODE = {
     ast.Name: "variable", ast.Constant: "constant", ast.Attribute: "attribute", ast.Subscript: "subscript",
-    ast.Tuple: "several", ast.UnaryOp: "unary", ast.BinOp: "binary", ast.Compare: "compare", ast.BoolOp: "connected",
-    ast.IfExp: "conditional", ast.Call: "call",
+    ast.Tuple: "several", ast.UnaryOp: "unary", ast.BinOp: "binary", ast.Compare: "compare",
+    ast.BoolOp: "connected", ast.IfExp: "conditional", ast.Call: "call",
 }  # fmt: skip
 """Node -> method that translates it."""
 _EVALUATED_OTHERWISE = (2.0, -1.0, 0.5)  # source: LLVM turns pow with these exponents into products and roots
@@ -114,7 +115,9 @@ class Expressions(Calls):
         if not whole and isinstance(sign, ast.FloorDiv):
             raise self.refused(node, "// of floats", "write np.floor(a / b)")
         if left.count is not None and right.count:
-            return literal(left.count // right.count if isinstance(sign, ast.FloorDiv) else left.count % right.count)
+            return literal(
+                left.count // right.count if isinstance(sign, ast.FloorDiv) else left.count % right.count
+            )
         kind = INT64 if whole else FLOAT64
         name = "quotient" if isinstance(sign, ast.FloorDiv) else "remainder" if whole else "mod"
         a, b = self.converted(node, left, kind), self.converted(node, right, kind)
@@ -146,9 +149,7 @@ class Expressions(Calls):
         for k in range(1, len(values) - 1):
             if values[k].level < PRIMARY or "(" in values[k].code:
                 values[k] = self.temporary(values[k])
-        found = [
-            self._compared(node, sign, values[k], values[k + 1]) for k, sign in enumerate(node.ops)
-        ]
+        found = [self._compared(node, sign, values[k], values[k + 1]) for k, sign in enumerate(node.ops)]
         if len(found) == 1:
             return found[0]
         return Value(" && ".join(within(one, PRIMARY) for one in found), BOOL, LOWEST)
@@ -211,7 +212,9 @@ class Expressions(Calls):
             no = self.expression(node.orelse)
         kind = unified(yes.type, no.type)
         if not isinstance(kind, Scalar | Tuple):
-            raise self.refused(node, "a choice between arrays, or between two types", "write the two branches")
+            raise self.refused(
+                node, "a choice between arrays, or between two types", "write the two branches"
+            )
         if lines or others or isinstance(kind, Tuple):
             return self.chosen(test, kind, [(lines, yes), (others, no)], node)
         a, b = self.converted(node, yes, kind), self.converted(node, no, kind)

@@ -52,7 +52,11 @@ class Function:
     def record(self) -> dict[str, Any]:
         """Return what the manifest tells."""
         digest = hashlib.sha256(self.source.text.encode()).hexdigest()
-        where = {"kernel": self.kernel.py_func.__qualname__, "file": self.source.file, "line": self.source.first}
+        where = {
+            "kernel": self.kernel.py_func.__qualname__,
+            "file": self.source.file,
+            "line": self.source.first,
+        }
         return {"name": self.name, **where, "sha256": digest}
 
 
@@ -150,7 +154,9 @@ class Program:
                     raise
         raise AssertionError
 
-    def _translated(self, kernel: Kernel, kinds: tuple[Type, ...], counts: tuple[int | None, ...], at: Any) -> Function:
+    def _translated(
+        self, kernel: Kernel, kinds: tuple[Type, ...], counts: tuple[int | None, ...], at: Any
+    ) -> Function:
         key = (kernel, kinds, counts)
         if kernel in self._underway and at is not None:
             raise at[0].refused(at[1], f"the recursion of {kernel.py_func.__name__}", "write a loop")
@@ -172,14 +178,18 @@ class Program:
         self.functions[key] = found
         return found
 
-    def _finished(self, body: Statements, kinds: tuple[Type, ...], counts: tuple[int | None, ...]) -> Function:
+    def _finished(
+        self, body: Statements, kinds: tuple[Type, ...], counts: tuple[int | None, ...]
+    ) -> Function:
         name = self._free(body.kernel.py_func.__name__, [one.name for one in self.functions.values()])
         lines = without_unused(merged([*body.tops(), *body.lines]))
         faults = any("fault" in line.text for line in lines)
         result = body.result or Nothing()
         signature = body.signature(name, kinds, result, faults)
         text = "\n".join([body.comment(), signature, "{", *body.unused(lines), *map(shown, lines), "}"])
-        callees = [one for one in self.functions.values() if any(f"{one.name}(" in line.text for line in lines)]
+        callees = [
+            one for one in self.functions.values() if any(f"{one.name}(" in line.text for line in lines)
+        ]
         stack = body.bytes + _FRAME + max((one.stack for one in callees), default=0)
         return Function(
             name, signature, body.kernel, body.source, body.parameters, kinds, result,

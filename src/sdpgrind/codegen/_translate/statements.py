@@ -6,7 +6,17 @@ from dataclasses import replace
 
 from sdpgrind.codegen._translate.body import Line, Variable
 from sdpgrind.codegen._translate.expressions import Expressions
-from sdpgrind.codegen._translate.types import INT64, Array, Known, Nothing, Record, Scalar, Tuple, Type, unified
+from sdpgrind.codegen._translate.types import (
+    INT64,
+    Array,
+    Known,
+    Nothing,
+    Record,
+    Scalar,
+    Tuple,
+    Type,
+    unified,
+)
 from sdpgrind.codegen._translate.values import PRIMARY, Value, literal, within
 
 _AT_MOST = re.compile(r"# at most (.+?)\s*$")
@@ -82,7 +92,9 @@ class Statements(Expressions):
         """Set several: all right sides first, where a target changes what another one reads."""
         if isinstance(value.type, Array):
             count = self.known(node, value.type.shape[0])
-            index = [ast.Subscript(ast.Name("", ast.Load()), ast.Constant(k), ast.Load()) for k in range(count)]
+            index = [
+                ast.Subscript(ast.Name("", ast.Load()), ast.Constant(k), ast.Load()) for k in range(count)
+            ]
             items = [self.place(one, value, value.type) for one in index]
         elif isinstance(value.type, Tuple):
             items = [self.item(value, k) for k in range(len(value.type.types))]
@@ -268,7 +280,9 @@ class Statements(Expressions):
             raise self.refused(node, "else after a loop", "use a flag")
         stated = self._stated(node)
         if stated is None:
-            raise self.refused(node, "while without a bound", "add a comment behind it: # at most <expression>")
+            raise self.refused(
+                node, "while without a bound", "add a comment behind it: # at most <expression>"
+            )
         most = self.converted(node, self.expression(stated), INT64)
         turns, limit = self.fresh(), most if most.count is not None else self.temporary(most)
         self._bounded(node, most.count)
@@ -310,7 +324,11 @@ class Statements(Expressions):
         self._check_alive(node, value)
         if kind != self.result:
             self.result, self.changed = kind, True
-        text = "return;" if isinstance(kind, Nothing) else f"return {self.text(self.converted(node, value, kind))};"
+        text = (
+            "return;"
+            if isinstance(kind, Nothing)
+            else f"return {self.text(self.converted(node, value, kind))};"
+        )
         self.emit(text)
 
     def _check_alive(self, node: ast.AST, value: Value) -> None:
@@ -350,7 +368,9 @@ class Statements(Expressions):
     def signature(self, name: str, kinds: tuple[Type, ...], result: Type, faults: bool) -> str:
         """Return the head of the function."""
         parts = [
-            self.declaration(one, kind, one) for one, kind in zip(self.parameters, kinds, strict=True) if not isinstance(kind, Known)
+            self.declaration(one, kind, one)
+            for one, kind in zip(self.parameters, kinds, strict=True)
+            if not isinstance(kind, Known)
         ] + (["int32_t *fault"] if faults else [])
         spelled = self.program.spelled(result)
         return f"static {spelled}{'' if spelled.endswith('*') else ' '}{name}({', '.join(parts) or 'void'})"
@@ -358,7 +378,11 @@ class Statements(Expressions):
     def unused(self, lines: list[Line]) -> list[str]:
         """Return lines that say which parameters are not used."""
         words = set(re.findall(r"[A-Za-z_]\w*", " ".join(line.text for line in lines)))
-        return [f"    (void){one};" for one in self.parameters if one not in words and not isinstance(self.variables.get(one, Variable(INT64)).type, Known)]
+        return [
+            f"    (void){one};"
+            for one in self.parameters
+            if one not in words and not isinstance(self.variables.get(one, Variable(INT64)).type, Known)
+        ]
 
     def comment(self) -> str:
         """Return the docstring as a comment."""

@@ -62,7 +62,9 @@ class Views(Body):
     def known(self, node: ast.AST, extent: int | None) -> int:
         """Return an extent, which must be known."""
         if extent is None:
-            raise SizeUnknownError(str(self.refused(node, "a size that is no constant", "state it as a constant")))
+            raise SizeUnknownError(
+                str(self.refused(node, "a size that is no constant", "state it as a constant"))
+            )
         return extent
 
     def size(self, node: ast.AST, kind: Array) -> int:
@@ -146,7 +148,9 @@ class Views(Body):
         if upper is None:
             return Axis(first, (), None if extent is None else max(extent - first, 0))
         if upper.count is None:
-            raise SizeUnknownError(str(self.refused(node, "a slice of a size that is no constant", "write the loop")))
+            raise SizeUnknownError(
+                str(self.refused(node, "a slice of a size that is no constant", "write the loop"))
+            )
         last = self._from_end(upper.count, node, extent)
         return Axis(first, (), max((last if extent is None else min(last, extent)) - first, 0))
 
@@ -184,7 +188,9 @@ class Views(Body):
             length = self.expression(upper.right).count
             if length is not None:
                 return Axis(0, (begin,), length)
-        raise SizeUnknownError(str(self.refused(node, "a slice of a size that is no constant", "write the loop")))
+        raise SizeUnknownError(
+            str(self.refused(node, "a slice of a size that is no constant", "write the loop"))
+        )
 
     # -- loops over elements ---------------------------------------------------------------------------
 
@@ -204,7 +210,9 @@ class Views(Body):
         assert isinstance(view.type, Array)
         terms = tuple(
             name if stride == 1 else f"{name} * {stride}"
-            for name, stride in zip(names[len(names) - len(view.type.shape) :], view.type.strides, strict=True)
+            for name, stride in zip(
+                names[len(names) - len(view.type.shape) :], view.type.strides, strict=True
+            )
         )
         return f"{view.code}[{place_of(moved(view, 0, terms))}]"
 
@@ -232,13 +240,17 @@ class Views(Body):
         if found is None and INT64.rank >= kind.rank > 0 and value.type == INT64:
             found = Value(f"({kind.c}){within(value, PRIMARY)}", kind, PRODUCT)
         if found is None:
-            raise self.refused(node, "storing a value that the array does not hold", "write int(...) or float(...)")
+            raise self.refused(
+                node, "storing a value that the array does not hold", "write int(...) or float(...)"
+            )
         return found
 
     def write(self, node: ast.AST, view: Value) -> None:
         """Note that a kernel writes through a variable."""
         if not view.root:
-            raise self.refused(node, "writing to what is constant, or stands in a tuple", "hand it over by itself")
+            raise self.refused(
+                node, "writing to what is constant, or stands in a tuple", "hand it over by itself"
+            )
         if view.root not in self.written:
             self.written.add(view.root)
             self.changed = True

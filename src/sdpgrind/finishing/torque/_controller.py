@@ -254,7 +254,9 @@ class TorqueController(Stateful, Described):
         from sdpgrind.finishing.torque._recipe import recipe_of
 
         if self.observer == "ideal":
-            raise checks.refuse("observer", "'pid' or 'state': no sensor has the true contact torque", "ideal")
+            raise checks.refuse(
+                "observer", "'pid' or 'state': no sensor has the true contact torque", "ideal"
+            )
         profile = None if self.motion is None else self.motion.profile
         recipe = recipe_of(self.law, profile, self.period)
         return replace(recipe, job=self.job, description=self.description, commands=self.commands)

@@ -12,7 +12,17 @@ from sdpgrind.finishing.torque._controller_kernels import exported_hold, exporte
 from sdpgrind.finishing.torque._law import TorqueLaw
 from sdpgrind.finishing.torque._states import CONTROLLER, LAW
 
-_NAMED = ("count", "current", "reading", "motion_speed", "estimate", "obs_angle", "obs_speed", "obs_torque", "path_time")
+_NAMED = (
+    "count",
+    "current",
+    "reading",
+    "motion_speed",
+    "estimate",
+    "obs_angle",
+    "obs_speed",
+    "obs_torque",
+    "path_time",
+)
 _CHAINS = 12  # chosen: parts of the self-test
 _SIZES = (0.02, 0.3, 1.0, 3.0, 30.0)  # chosen: movements over the deflection under the force
 
@@ -35,7 +45,7 @@ def recipe_of(law: TorqueLaw, profile: Any, period: float) -> Recipe:
         missing=tuple(inputs),
         period=period,
         places=dict(zip(_NAMED, places(CONTROLLER, *_NAMED), strict=True)),
-        equations="Wang and Jan (2001), (6), (8), (9) corrected; LQG and damping: see the docs of finishing.torque.",
+        equations="Wang and Jan (2001), (6), (8), (9) corrected; LQG, damping: docs of finishing.torque.",
         vectors=part.chains,
         spread=spread[: len(inputs)],
         kind="TorqueController",

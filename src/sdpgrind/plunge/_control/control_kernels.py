@@ -7,10 +7,10 @@ from sdpgrind.plunge._control.cycle_kernels import advance_axis, cycle_step, sta
 from sdpgrind.plunge._control.filter_state import FILTER
 from sdpgrind.plunge._control.sections_kernels import section_step
 from sdpgrind.plunge._control.state import (
+    BALANCED,
     COMMAND,
     ENVELOPE,
     FILTERED,
-    BALANCED,
     FROZEN,
     FULL_RATE,
     LAW,

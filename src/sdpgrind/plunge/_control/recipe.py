@@ -17,7 +17,18 @@ INPUTS = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
 OUTPUTS = {"command_rate": "mm/s", "balancing": ""}
 _PLACES = {
     name: getattr(at, name.upper())
-    for name in ("section", "rate", "remaining", "commanded", "missed", "size", "touched", "zero", "scale", "sharpness")
+    for name in (
+        "section",
+        "rate",
+        "remaining",
+        "commanded",
+        "missed",
+        "size",
+        "touched",
+        "zero",
+        "scale",
+        "sharpness",
+    )
 }
 _LONGEST = 420  # chosen: samples of a part of the self-test; parts of the presets take some 400
 _MORE = 3  # chosen: samples after the end of a part
@@ -42,7 +53,7 @@ def recipe_of(law: Floats, model: PlungeModel, period: float, kind: str) -> Reci
         period=period,
         status=("go on", "retract"),
         places=_PLACES,
-        equations="Dong, Danai and Malkin (2004), section 2; safe position of the axis, see the docs of plunge.",
+        equations="Dong, Danai and Malkin (2004), section 2; safe position of the axis.",
         vectors=part.chains,
         spread=(_SIZE_SPREAD, _POWER_SPREAD * watts, 0.0),
         kind=kind,
@@ -70,7 +81,10 @@ class _Part:
         state, law = np.zeros(at.STATES), named(self.law, at.LAW)
         start_control(state, self.law)
         command, out, after = 0.0, np.zeros(2), 0
-        deflection, removed = -self.core.K0 * rng.uniform(0.5, 1.5), rng.normal(0.0, 2e-3) * (fault == "stock")
+        deflection, removed = (
+            -self.core.K0 * rng.uniform(0.5, 1.5),
+            rng.normal(0.0, 2e-3) * (fault == "stock"),
+        )
         dull = rng.uniform(0.7, 1.6)
         for k in range(_LONGEST):
             v = float(rate(deflection, self.core)) / dull
