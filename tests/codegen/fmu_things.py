@@ -7,36 +7,38 @@ from pathlib import Path
 import fmpy
 import numpy as np
 from codegen_inside import LocusTable, Reference
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
 import sdpgrind
-from sdpgrind import finishing, plunge
+from sdpgrind import finishing, plunge, weldbead
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.codegen import Recipe
+from sdpgrind.weldbead import force
 
 STEPS = 400
 PLACE = tempfile.TemporaryDirectory()
 
 
 @compiled(error_model="numpy")
-def limited(state, share, force, weight, out):
-    """Low-pass filter of a force; the weight must be from 0 to 10."""
+def limited(state, share, pull, weight, out):
+    """Low-pass filter of a pull; the weight must be from 0 to 10."""
     if weight < 0.0 or weight > 10.0:
         return -1
-    state[0] += share * (force - state[0]) if force == force else 0.0
+    state[0] += share * (pull - state[0]) if pull == pull else 0.0
     state[1] += 1.0
     out[0], out[1] = weight * state[0], np.exp(-state[1] * share)
-    return 1 if force != force else 0
+    return 1 if pull != pull else 0
 
 
-def forces(rng, count):
+def pulls(rng, count):
     return [np.column_stack([rng.normal(0.0, 3.0, count), rng.uniform(0.0, 10.0, count)])]
 
 
 def low_pass(share=0.125, **more):
-    given = {"inputs": {"force": "N", "weight": ""}, "outputs": {"pressing": "N", "rest": ""}, **more}
+    given = {"inputs": {"pull": "N", "weight": ""}, "outputs": {"pressing": "N", "rest": ""}, **more}
     return Recipe(
-        "low_pass", limited, law=(share,), state=(0.5, 0.0), missing=("force",), vectors=forces,
+        "low_pass", limited, law=(share,), state=(0.5, 0.0), missing=("pull",), vectors=pulls,
         status=("go on", "no reading"), **{"period": 0.001, **given},
     )  # fmt: skip
 
@@ -48,15 +50,21 @@ def table():
     return LocusTable(key, columns, np.column_stack([np.cos(key), 2.0 * key]), units)
 
 
-def torque(kind):
-    return finishing.TorqueController(finishing.TorqueAxis(), normal_force=1.111, kind=kind)
+def torque():
+    return finishing.TorqueController(finishing.TorqueAxis(), normal_force=1.111, kind="lqg")
+
+
+def press():
+    plan = type("Plan", (), {"time": [0.0, 1.0], "normal_force": [30.0, 30.0], "fly_height": [10.0, 10.0]})
+    return force.ForceController(plan, force.PI.design(crossover=sdpgrind.units.hz(3.0)))
 
 
 THINGS = {
     "stages": lambda: plunge.StagedController(plunge.preset("simulation")),
     "cycle": lambda: plunge.CycleController(plunge.preset("simulation"), safety_margin=0.05),
-    "lqg": lambda: torque("lqg"),
-    "pidff": lambda: torque("pidff"),
+    "torque": torque,
+    "press": press,
+    "bead": lambda: weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=81),
     "table": table,
     "low_pass": low_pass,
 }
@@ -117,10 +125,17 @@ class Unit:
         status = self.slave.getInteger([self.references["status"]])[0]
         return np.array([*self.slave.getReal([self.references[one] for one in self.recipe.outputs]), status])
 
-    def stepped(self, row):
-        self.give(row)
+    def advance(self):
         self.slave.doStep(currentCommunicationPoint=self.time, communicationStepSize=self.period)
         self.time += self.period
+
+    def stepped(self, row):
+        """Outputs and status after a row; as the library's where inputs out of range are refused."""
+        self.give(row)
+        try:
+            self.advance()
+        except FMICallException:
+            return np.array([0.0] * len(self.recipe.outputs) + [-1.0])
         return self.outputs()
 
     def taken(self, rows):

@@ -6,11 +6,10 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
+import fmpy
+import fmu_things as things
 import numpy as np
 import pytest
-
-fmpy = pytest.importorskip("fmpy")
-import fmu_things as things
 from codegen_inside import base_unit, compilers, model_description
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
@@ -28,7 +27,7 @@ def bits(numbers):
 
 
 @pytest.fixture
-def unit(request):
+def unit():
     """Factory of instances, which are freed at the end."""
     made = []
 
@@ -93,6 +92,7 @@ def test_two_instances_are_apart(unit, name):
         other.stepped(second[k])
     one.slave.reset()
     one.begin()
+    assert len(one.messages) == (answers(name)[0][:100, -1] < 0).sum()
     found = np.array([(one.stepped(a), other.stepped(b)) for a, b in zip(first, second[100:], strict=False)])
     assert (bits(found[:, 0]) == bits(answers(name)[0][: len(found)])).all()
     assert (bits(found[:, 1]) == bits(answers(name, seed=2)[0][100 : 100 + len(found)])).all()
@@ -153,14 +153,14 @@ def test_a_missing_reading_is_told_by_its_flag(unit):
     for one in (flagged, by_value, plain):
         one.stepped((2.0, 1.0))
     reference = flagged.references
-    flagged.slave.setBoolean([reference["force_valid"]], [False])
-    flagged.slave.setReal([reference["force"]], [50.0])
-    by_value.slave.setReal([reference["force"]], [np.nan])
+    flagged.slave.setBoolean([reference["pull_valid"]], [False])
+    flagged.slave.setReal([reference["pull"]], [50.0])
+    by_value.slave.setReal([reference["pull"]], [np.nan])
     for one in (flagged, by_value, plain):
-        one.slave.doStep(currentCommunicationPoint=one.time, communicationStepSize=one.period)
+        one.advance()
     assert (flagged.outputs() == by_value.outputs()).all() and flagged.outputs()[-1] == 1.0
     assert plain.outputs()[-1] == 0.0 and plain.outputs()[0] > flagged.outputs()[0]
-    assert flagged.slave.getBoolean([reference["force_valid"]]) == [False]
+    assert flagged.slave.getBoolean([reference["pull_valid"]]) == [False]
 
 
 @pytest.mark.parametrize("wrong", [-1.0, 11.0, np.nan, np.inf])
@@ -170,7 +170,7 @@ def test_an_input_out_of_range_leaves_the_state(unit, wrong):
     before, shown = one.state(), one.outputs()
     one.slave.setReal([one.references["weight"]], [wrong])
     with pytest.raises(FMICallException):
-        one.slave.doStep(currentCommunicationPoint=one.time, communicationStepSize=one.period)
+        one.advance()
     refused(one, "inputs must be finite and within their range")
     assert (one.state() == before).all() and (one.outputs() == shown).all()
     one.stepped((2.0, 1.0))
@@ -183,10 +183,10 @@ def test_calls_out_of_order_and_strange_references_are_refused(unit):
         "must be that of a Real; got 99": lambda: slave.getReal([99]),
         "must be that of a Real input; got": lambda: slave.setReal([reference["pressing"]], [1.0]),
         "must be that of a Boolean input; got": lambda: slave.setBoolean(
-            [reference["force_valid"] + 1], [True]
+            [reference["pull_valid"] + 1], [True]
         ),
-        "must be that of a Boolean; got": lambda: slave.getBoolean([reference["force"]]),
-        "must be that of the status; got": lambda: slave.getInteger([reference["force"]]),
+        "must be that of a Boolean; got": lambda: slave.getBoolean([reference["pull"]]),
+        "must be that of the status; got": lambda: slave.getInteger([reference["pull"]]),
         "fmi2SetupExperiment must come before": lambda: slave.setupExperiment(startTime=1.0),
         "fmi2EnterInitializationMode must come once": slave.enterInitializationMode,
         "fmi2ExitInitializationMode must come after": slave.exitInitializationMode,
@@ -199,7 +199,7 @@ def test_calls_out_of_order_and_strange_references_are_refused(unit):
         refused(one, words)
     slave.terminate()
     with pytest.raises(FMICallException):
-        one.stepped((1.0, 1.0))
+        one.advance()
     refused(one, "fmi2DoStep must come after")
 
 
@@ -212,10 +212,10 @@ def test_a_master_of_its_own_gives_the_same():
     """`fmpy.simulate_fmu` over the default experiment, inputs as a table."""
     given = rows("low_pass")
     period, count = 0.001, 300
-    names = [("time", float), ("force", float), ("weight", float), ("force_valid", bool)]
+    names = [("time", float), ("pull", float), ("weight", float), ("pull_valid", bool)]
     table = np.zeros(count, dtype=names)
-    table["time"], table["force"], table["weight"] = np.arange(count) * period, *given[:count].T
-    table["force_valid"] = True
+    table["time"], table["pull"], table["weight"] = np.arange(count) * period, *given[:count].T
+    table["pull_valid"] = True
     wanted = answers("low_pass")[0]
     found = fmpy.simulate_fmu(
         str(exported("low_pass").path), input=table, stop_time=(count - 1) * period, output_interval=period
@@ -236,8 +236,11 @@ def test_units_and_words_stand_in_the_description():
     assert variables["depth_of_cut"].unit == "mm" and variables["depth_of_cut_valid"].type == "Boolean"
     items = {item.name for one in description.typeDefinitions for item in one.items}
     assert items == set(exported("table").recipe.status)
-    described, _ = things.described("stages")
-    assert float(described.defaultExperiment.stepSize) == exported("stages").recipe.period
+
+
+def test_the_fixed_step_is_the_period():
+    described, _ = things.described("low_pass")
+    assert float(described.defaultExperiment.stepSize) == exported("low_pass").recipe.period
     assert not described.coSimulation.canHandleVariableCommunicationStepSize
 
 
@@ -313,7 +316,7 @@ def test_the_c_in_an_fmu_is_checked_and_controls():
     found = made.check(2000, ["gcc"], levels=["-O1"])
     assert found.status == "equal" and found.differing == 0 and made.size > 1000
     controller, given = made.controller(), rows("low_pass")[:5]
-    told = [controller.step(force=force, weight=weight)["pressing"] for force, weight in given]
+    told = [controller.step(pull=pull, weight=weight)["pressing"] for pull, weight in given]
     assert told == list(answers("low_pass")[0][:5, 0])
 
 
@@ -353,3 +356,73 @@ def test_sources_are_listed_strict_and_stand_in_one_program(tmp_path):
             ["nm", "-D", "--defined-only", binary], capture_output=True, text=True, check=True
         )
         assert {line.split()[-1][:4] for line in shown.stdout.splitlines()} == {"fmi2"}
+
+
+MASTER = """
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "low_pass_fmu.c"
+
+static void shown(fmi2ComponentEnvironment environment, fmi2String instance, fmi2Status status,
+                  fmi2String category, fmi2String message, ...)
+{
+    (void)environment;
+    (void)status;
+    printf("%s %s %s\\n", instance, category, message);
+}
+
+int main(void)
+{
+    fmi2CallbackFunctions calls = {shown, NULL, NULL, NULL, NULL};
+    fmi2ValueReference references[2] = {0U, 1U};
+    double given[2] = {2.0, 1.0};
+    double first[2];
+    double again[2];
+    size_t size;
+    char *bytes;
+    fmi2FMUstate kept = NULL;
+    fmi2FMUstate read = NULL;
+    fmi2Component one = fmi2Instantiate("one", fmi2CoSimulation, UNIT_GUID, "", &calls, 0, 0);
+    fmi2ValueReference out[2] = {2U, 3U};
+    if (fmi2Instantiate("two", fmi2CoSimulation, "other", "", &calls, 0, 0) != NULL) {
+        return 1;
+    }
+    (void)fmi2SetupExperiment(one, 0, 0.0, 0.0, 0, 0.0);
+    (void)fmi2EnterInitializationMode(one);
+    (void)fmi2ExitInitializationMode(one);
+    (void)fmi2SetReal(one, references, 2U, given);
+    (void)fmi2GetFMUstate(one, &kept);
+    (void)fmi2SerializedFMUstateSize(one, kept, &size);
+    bytes = malloc(size);
+    (void)fmi2SerializeFMUstate(one, kept, bytes, size);
+    (void)fmi2DoStep(one, 0.0, PERIOD, 0);
+    (void)fmi2GetReal(one, out, 2U, first);
+    (void)fmi2DeSerializeFMUstate(one, bytes, size, &read);
+    (void)fmi2SetFMUstate(one, read);
+    (void)fmi2DoStep(one, 0.0, PERIOD, 0);
+    (void)fmi2GetReal(one, out, 2U, again);
+    (void)fmi2FreeFMUstate(one, &kept);
+    (void)fmi2FreeFMUstate(one, &read);
+    fmi2FreeInstance(one);
+    free(bytes);
+    return memcmp(first, again, sizeof first);
+}
+"""
+
+
+def test_a_master_in_c_finds_nothing_leaked_or_undefined(tmp_path):
+    fmpy.extract(str(exported("low_pass").path), str(tmp_path))
+    sources, program = tmp_path / "sources", tmp_path / "master"
+    (sources / "master.c").write_text(MASTER)
+    sanitized = ["gcc", "-std=c99", "-O1", "-ffp-contract=off", "-fsanitize=address,undefined"]
+    units = [str(sources / file) for file in ("low_pass.c", "master.c")]
+    built = subprocess.run(
+        [*sanitized, *units, "-lm", "-o", program], capture_output=True, text=True, check=False
+    )
+    if "cannot find" in built.stderr:
+        pytest.skip("sanitizers of gcc are not installed")
+    assert built.returncode == 0, built.stderr
+    told = subprocess.run([program], capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stderr) == (0, "")
+    assert told.stdout.startswith("two logStatusError fmuGUID must be {") and told.stdout.count("\n") == 1

@@ -47,7 +47,7 @@ def export(
         C99 in a folder, or an FMU of FMI 2.0 for co-simulation around it: `path` is then a file that ends in
         ``.fmu``.
     name : str, optional
-        Prefix of files, types and functions. Default: the name of the folder, or of the file without ``.fmu``.
+        Prefix of files, types and functions. Default: the name of the folder, or of the FMU.
     overwrite : bool
         Whether another export there is replaced. It stays until the new one is complete.
 
@@ -81,12 +81,15 @@ def export(
     """
     checks.one_of("target", target, TARGETS)
     recipe, place = recipe_of(thing), checks.path("path", path)
-    free, write = (archive.check_free, archive.write_archive) if target == "fmi2" else (check_free, write_folder)
-    free(place, overwrite)
-    prefix = c_name("name", (place.stem if target == "fmi2" else place.name) if name is None else name)
+    unit = target == "fmi2"
+    (archive.check_free if unit else check_free)(place, overwrite)
+    prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
     source, vectors = source_of(recipe, prefix, __version__), vectors_of(recipe)
     files = files_of(recipe, prefix, source, vectors)
-    write(place, unit_files(recipe, prefix, __version__, files) if target == "fmi2" else files, overwrite)
+    if unit:
+        archive.write_archive(place, unit_files(recipe, prefix, __version__, files), overwrite)
+    else:
+        write_folder(place, files, overwrite)
     return Exported.of(place, recipe)
 
 
