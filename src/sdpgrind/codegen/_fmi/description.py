@@ -52,7 +52,8 @@ def build_description(name: str, sources: Sequence[str]) -> bytes:
 def written(root: Element) -> bytes:
     """Return XML in ASCII, which is UTF-8 as well."""
     ElementTree.indent(root)
-    return _DECLARED + ElementTree.tostring(root, encoding="us-ascii", xml_declaration=False) + b"\n"
+    text: bytes = ElementTree.tostring(root, encoding="us-ascii", xml_declaration=False)
+    return _DECLARED + text + b"\n"
 
 
 def _told(recipe: Recipe) -> str:
@@ -65,8 +66,8 @@ def _told(recipe: Recipe) -> str:
 def _kind(root: Element, recipe: Recipe, name: str, sources: Sequence[str]) -> None:
     able = {"canGetAndSetFMUstate", "canSerializeFMUstate", "canNotUseMemoryManagementFunctions"}
     able |= {"canHandleVariableCommunicationStepSize"} if recipe.period is None else set()
-    flags = {one: "true" if one in able else "false" for one in _ABLE}
-    files = SubElement(SubElement(root, "CoSimulation", modelIdentifier=name, **flags), "SourceFiles")
+    about = {"modelIdentifier": name} | {one: "true" if one in able else "false" for one in _ABLE}
+    files = SubElement(SubElement(root, "CoSimulation", about), "SourceFiles")
     for one in sources:
         SubElement(files, "File", name=one)
 
