@@ -58,14 +58,17 @@ def report(
     took = time.process_time() - begin
     worst = finishing.timing.worst_violation(runs, laws, limits=limits, feed_rate=feed_rate, refine=40)
     pieces, lasts = sum(law.length.size for law in laws), sum(law.duration for law in laws)
-    known = f"| {name} | {len(runs)} | {method} | {pieces} | {lasts:.4f} | {1e3 * took:.0f} |"
+    least = finishing.timing.lower_bound(runs, limits, feed_rate=feed_rate)
+    known = f"| {name} | {len(runs)} | {method} | {pieces} | {lasts:.4f} | {least:.4f} | {1e3 * took:.0f} |"
     print(f"{known} {worst.ratio - 1:+.1e} | {worst.quantity} |")
     return laws
 
 
 def head() -> None:
-    print("| path | runs | method | pieces | duration [s] | took [ms] | beyond a limit | closest |")
-    print("|---|---|---|---|---|---|---|---|")
+    print(
+        "| path | runs | method | pieces | duration [s] | none below [s] | took [ms] | beyond a limit | closest |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
 
 
 def by_toppra(run: JointPath, intervals: int) -> float:

@@ -22,6 +22,24 @@ high, low = die.principal_curvatures(0.5, 0.5)
 print(f"radii in the middle: {1 / high:.0f} mm and {1 / low:.0f} mm (negative: a ridge, away from the tool)")
 
 # %%
+# A surface from points
+# ---------------------
+# Where there is no CAD, there may be a scan: 20 000 points here, each with 10 µm of noise. The net is as fine as the points
+# tell, no finer: what is left is the noise, and neighbours know nothing of each other. The area is a little greater: the
+# surface ends at the least rectangle around the points in their plane, which is tilted here; the triangles of a scan tell the
+# true edge.
+rng = np.random.default_rng(1)
+u, v = rng.uniform(0.0, 1.0, (2, 20_000))
+points = die.point(u, v) + units.um(10) * rng.normal(size=(20_000, 1)) * die.normal(u, v)
+scanned = finishing.Surface.fit(points, tolerance=units.um(10))
+print(
+    f"rms {1e3 * scanned.fit.rms:.1f} µm, greatest distance {1e3 * scanned.fit.error:.0f} µm: {scanned.fit.status}"
+)
+print(
+    f"net {scanned.fit.net}, area {scanned.area:.1f} mm², correlation of neighbours {scanned.fit.neighbours:.2f}"
+)
+
+# %%
 # A Hilbert path
 # --------------
 # It goes through all cells of a board of 2, 4, 8 ... to a side, one after the other, and never far at a time:

@@ -59,12 +59,17 @@ def press():
     return force.ForceController(plan, force.PI.design(crossover=sdpgrind.units.hz(3.0)))
 
 
+@cache
+def bead():
+    return weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=81)
+
+
 THINGS = {
     "stages": lambda: plunge.StagedController(plunge.preset("simulation")),
     "cycle": lambda: plunge.CycleController(plunge.preset("simulation"), safety_margin=0.05),
     "torque": torque,
     "press": press,
-    "bead": lambda: weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=81),
+    "bead": bead,
     "table": table,
     "low_pass": low_pass,
 }

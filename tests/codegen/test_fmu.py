@@ -16,6 +16,7 @@ from fmpy.validation import validate_fmu
 from fmu_things import THINGS, Unit, answers, exported, low_pass, rows
 
 import sdpgrind
+from hwsim.cli import main
 
 pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 every = pytest.mark.parametrize("name", THINGS)
@@ -333,6 +334,14 @@ def test_without_a_compiler_there_are_sources_only(tmp_path, monkeypatch):
     assert made.manifest["fmi"] == told
     assert validate_fmu(str(made.path)) == []
     assert fmpy.supported_platforms(str(made.path)) == ["c-code"]
+
+
+def test_a_saved_policy_becomes_an_fmu_by_the_command(tmp_path, capsys):
+    things.bead().save(tmp_path / "bead.nc")
+    path = tmp_path / "bead.fmu"
+    assert main(["export", str(tmp_path / "bead.nc"), str(path), "--target", "fmi2"]) == 0
+    assert f"{path}: binaries/linux64, bead.h, bead.c (" in capsys.readouterr().out
+    assert path.read_bytes() == exported("bead").path.read_bytes()
 
 
 def test_sources_are_listed_strict_and_stand_in_one_program(tmp_path):

@@ -19,11 +19,17 @@ from sdpgrind.finishing.study._array_tables import TABLES
 from sdpgrind.finishing.study._confounding import assigned, confounding
 from sdpgrind.finishing.study._observations import analysed
 from sdpgrind.finishing.study._reading import law_of_a_reading
+from sdpgrind.finishing.surface import _triangles as scan_triangles
 from sdpgrind.finishing.surface._area import gauss
 from sdpgrind.finishing.surface._bspline_kernels import _find_span
+from sdpgrind.finishing.surface._control_net import clamped as knots_of
 from sdpgrind.finishing.surface._creases import creases
 from sdpgrind.finishing.surface._evaluation import bases
+from sdpgrind.finishing.surface._folds import refuse_folded_surface
+from sdpgrind.finishing.surface._least_squares import control_points as fit_control_points
 from sdpgrind.finishing.surface._presets import QUARTER, QUARTER_WEIGHTS
+from sdpgrind.finishing.surface._scan import ENDINGS as SCANS
+from sdpgrind.finishing.surface._scan import read_scan
 from sdpgrind.finishing.timing import _interior as interior
 from sdpgrind.finishing.timing import _jerk_limited as jerk_limited
 from sdpgrind.finishing.timing import _jerk_program as jerk_program
@@ -42,6 +48,7 @@ __all__ = [
     "FROM_REST",
     "QUARTER",
     "QUARTER_WEIGHTS",
+    "SCANS",
     "TABLES",
     "LimitedRun",
     "Square",
@@ -60,6 +67,7 @@ __all__ = [
     "double_s_law",
     "equal_area",
     "fastest_law",
+    "fit_control_points",
     "gauss",
     "general",
     "greville",
@@ -71,6 +79,7 @@ __all__ = [
     "jerk_limited",
     "jerk_program",
     "kinematics_kernels",
+    "knots_of",
     "law_of",
     "law_of_a_reading",
     "left_out",
@@ -80,6 +89,9 @@ __all__ = [
     "min_time",
     "narrowed",
     "pitch_cosine",
+    "read_scan",
+    "refuse_folded_surface",
+    "scan_triangles",
     "solved",
     "spacing",
     "squared_feed",

@@ -7,9 +7,12 @@ import pytest
 
 import sdpgrind
 from sdpgrind import finishing, units
+from sdpgrind.finishing.timing import _laws
+from sdpgrind.finishing.timing._limits import LawError
 
 FLAT = finishing.hilbert(finishing.surface.flat_surface(16.0), 3, mapping="parametric")
 DIE = finishing.hilbert(finishing.surface.nominal_surface(), 3)
+SHARP = finishing.hilbert(finishing.surface.nominal_surface(), 2)
 EASY = finishing.FinishingProblem(FLAT)
 
 
@@ -127,6 +130,35 @@ def test_saved_and_loaded(motion, tmp_path):
     for name in ("time", "joints", "joint_speed", "feed_rate", "torque_per_force"):
         np.testing.assert_array_equal(getattr(back, name), getattr(motion, name))
     assert repr(back) == repr(motion)
+
+
+def test_no_law_is_faster_than_the_bound(motion, tmp_path):
+    """Rest at every corner of straight legs: the trapezoids are the fastest laws but for joints that slow them."""
+    assert 0.5 * motion.duration < motion.lower_bound <= motion.duration
+    assert motion.gap == 1 - motion.lower_bound / motion.duration
+    faster = motion.problem.replace(feed_rate=1.5 * motion.problem.feed_rate)
+    assert motion.lower_bound >= finishing.plan(faster).lower_bound
+    motion.save(tmp_path / "motion.nc")
+    assert sdpgrind.load(tmp_path / "motion.nc").lower_bound == motion.lower_bound
+
+
+def test_a_law_of_thousands_of_knots_has_a_row_a_millisecond():
+    """And the joints between the rows are as before: the tip stays on the path."""
+    found = finishing.plan(finishing.FinishingProblem(SHARP), method="min_time")
+    runs = len(SHARP.runs)
+    assert found.time.size <= found.duration / 0.001 + 10 * runs
+    assert np.diff(found.time).max() <= 0.004 * (1 + 1e-9) and found.error < 5e-5
+
+
+def test_another_law_than_asked_for_is_told_and_kept(monkeypatch, tmp_path):
+    def failed(*given):
+        raise LawError("no step was found")
+
+    monkeypatch.setattr(_laws, "jerk_limited_law", failed)
+    motion = finishing.plan(finishing.preset("nominal").replace(path=DIE.blended()), method="min_time")
+    assert "; run 0: no step was found; this law has seven pieces" in motion.status
+    motion.save(tmp_path / "motion.nc")
+    assert sdpgrind.load(tmp_path / "motion.nc").status == motion.status
 
 
 def test_a_picture(motion):

@@ -1,5 +1,7 @@
 """Rows of motions: kept once in a log, seen by the adaptation after every part, also in a resumed run."""
 
+import warnings
+
 import numpy as np
 import pytest
 from hwsim_fakes import Tank
@@ -229,7 +231,7 @@ def test_numbers_at_one_time_and_a_tier_beside_are_replayed_one_after_the_other(
     assert float(outcome.difference_time) == pytest.approx(0.1)
 
 
-def test_rows_at_one_time_are_written_to_the_bit_and_never_read_as_one(tmp_path):
+def test_rows_at_one_time_are_written_and_read_to_the_bit_and_never_as_one(tmp_path):
     log = hwsim.run(Strict(), Played(*TWICE))
     columns = {"size": "level"}, {"infeed_rate_command": "flow_command.0"}
     for table, first, named in zip(("controller", "controller:flow"), (4, 2), columns, strict=True):
@@ -241,5 +243,25 @@ def test_rows_at_one_time_are_written_to_the_bit_and_never_read_as_one(tmp_path)
         wide = flow.reshape(len(flow), -1)
         np.testing.assert_array_equal(written[:, first : first + wide.shape[1]], wide)
         np.testing.assert_array_equal(written[:, 1], log[table].time)
-        with pytest.raises(ValueError, match=r"0\.0 stands in line 2 and, with other values, in line 3"):
+        with pytest.raises(
+            ValueError, match=r'0\.0 stands in line 2 .* in line 3: .* or "keep" for the rows of'
+        ):
             hwsim.Log.read(path, time="time", part="part", **named)
+        for k in range(wide.shape[1]):
+            entry = {"infeed_rate_command": f"flow_command.{k}" if wide.shape[1] > 1 else "flow_command"}
+            with warnings.catch_warnings(action="ignore"):  # entries that narrow motions do not have
+                back = hwsim.Log.read(path, time="time", part="part", duplicates="keep", **named | entry)
+            assert (back.source.rows_read, back.source.rows_left_out, back.source.gaps) == (len(wide), 0, ())
+            read = back["data"]
+            for values, origin in ((read.time, log[table].time), (read.part, log[table].part)):
+                np.testing.assert_array_equal(values, origin)
+            assert read["infeed_rate_command"].values.tobytes() == wide[:, k].tobytes()
+
+
+def test_what_is_kept_as_it_stands_is_neither_resampled_nor_aligned():
+    table = {"t [s]": [0.0, 0.0, 1.0], "v [mm/s]": [1.0, 1.0, 2.0]}
+    for option in ({"resample": 0.5}, {"commands_at": "end"}):
+        with pytest.raises(
+            ValueError, match=r'duplicates="keep" .*: commands_at must be "begin" and resample'
+        ):
+            hwsim.Log.read(table, time="t", infeed_rate="v", duplicates="keep", **option)

@@ -122,8 +122,9 @@ class Log(Record):
             Groups of a TDMS or HDF5 file. Default: all that hold the columns, run10 after run9.
         commands_at : {"begin", "end", "centre"}
             Whether the command of a row holds from the row on, led to the row, or is the mean about it.
-        duplicates : {"refuse", "first", "last", "mean"}
-            Which of several different rows at one time is kept. Equal rows are left out and counted.
+        duplicates : {"refuse", "first", "last", "mean", "keep"}
+            Which of several different rows at one time is kept. Equal rows are left out and counted, except
+            with "keep": all rows as they stand, as those of motions.
         on_restart : {"refuse", "new part"}
             Whether a time that falls is refused, or begins a part.
         resample : float, optional
@@ -289,8 +290,9 @@ class Log(Record):
     def to_csv(self, path: str | os.PathLike[str], table: str | None = None) -> None:
         """Write a table as text, whole or not at all: headers ``name [unit]``, floats in full.
 
-        `Log.read` of the file gives the same numbers to the bit. Entries of arrays are columns ``name.0`` and
-        on. Parts of a log that was read have the words of its file.
+        `Log.read` of the file gives the same numbers to the bit; where rows stand at one time, as those of
+        motions do, with ``duplicates="keep"``. Entries of arrays are columns ``name.0`` and on. Parts of a
+        log that was read have the words of its file.
 
         Parameters
         ----------

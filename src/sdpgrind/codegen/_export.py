@@ -10,7 +10,7 @@ from sdpgrind.codegen._files.folder import check_free, write_folder
 from sdpgrind.codegen._files.header import header
 from sdpgrind.codegen._files.manifest import manifest, promise, text_of
 from sdpgrind.codegen._files.selftest import selftest
-from sdpgrind.codegen._files.shell import Source, source_of
+from sdpgrind.codegen._files.shell import CSource, source_of
 from sdpgrind.codegen._files.vectors import Vectors, vectors_of
 from sdpgrind.codegen._fmi import archive
 from sdpgrind.codegen._fmi.unit import unit_files
@@ -29,7 +29,8 @@ def export(
 ) -> Exported:
     """Write a plan or a controller as C99 that gives the same bits as the library.
 
-    The C is translated from the kernels that the library runs. It allocates nothing, keeps nothing static,
+    Inputs and outputs are in the units of the thing (mm, s, N, W), named in the header. The C is translated
+    from the kernels that the library runs. It allocates nothing, keeps nothing static,
     and needs math.h alone. With it come a self-test with vectors and a manifest: see
     :doc:`/on_your_controller`.
 
@@ -107,7 +108,7 @@ def recipe_of(thing: Any) -> Recipe:
     return recipe
 
 
-def files_of(recipe: Recipe, name: str, source: Source, vectors: Vectors) -> dict[str, bytes]:
+def files_of(recipe: Recipe, name: str, source: CSource, vectors: Vectors) -> dict[str, bytes]:
     """Return name and content of all files."""
     told = manifest(recipe, name, __version__, source, vectors)
     files = {

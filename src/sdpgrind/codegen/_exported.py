@@ -9,14 +9,14 @@ from typing import Any, Self
 from sdpgrind.base import checks
 from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._fmi.archive import export_folder
-from sdpgrind.codegen._proof.check import LEVELS, Checked, checked
+from sdpgrind.codegen._proof.check import LEVELS, ExportCheck, checked
 from sdpgrind.codegen._proof.controller import CompiledController
 from sdpgrind.codegen._recipe import Recipe
 
 
 @dataclass(frozen=True, eq=False)
 class Exported:
-    """Written export.
+    """Written export; its `size` is in bytes, unit 1.
 
     Attributes
     ----------
@@ -24,6 +24,8 @@ class Exported:
         Folder, or FMU.
     manifest : mapping
         Content of ``manifest.json``.
+    recipe : Recipe
+        What was exported.
     """
 
     path: Path
@@ -32,7 +34,7 @@ class Exported:
 
     @classmethod
     def of(cls, path: Path, recipe: Recipe) -> Self:
-        """Return the export in a folder or an FMU, of a recipe.
+        """Return the export in a folder or an FMU; units (mm, s, N) are those of the recipe.
 
         Parameters
         ----------
@@ -46,7 +48,7 @@ class Exported:
 
     @property
     def promise(self) -> str:
-        """What the bits depend on, in a sentence."""
+        """What the bits depend on, in a sentence without units."""
         return str(self.manifest["promise"])
 
     @property
@@ -63,8 +65,10 @@ class Exported:
         *,
         levels: Sequence[str] = LEVELS,
         rng: Seed = 0,
-    ) -> Checked:
+    ) -> ExportCheck:
         """Compile the C with each compiler at each level and compare it with the library in bits.
+
+        Numbers are compared in the units of the thing (mm, s, N).
 
         State, outputs and status are compared after every step. Inputs are those of the self-test, varied
         anew: with missing readings, outliers and restarts.
@@ -82,7 +86,7 @@ class Exported:
 
         Returns
         -------
-        Checked
+        ExportCheck
             Number of steps that differ, by build; the first of them; compilers that were not found.
 
         Raises
@@ -96,7 +100,7 @@ class Exported:
             return checked(self.recipe, folder, name, states, tuple(compilers), tuple(levels), rng)
 
     def controller(self, compiler: str = "gcc") -> CompiledController:
-        """Return a controller whose `step` runs the C: the first half of hardware in the loop.
+        """Return a controller whose `step` runs the C (mm, s, N): the first half of hardware in the loop.
 
         Parameters
         ----------

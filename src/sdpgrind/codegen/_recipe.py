@@ -15,7 +15,7 @@ from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._translate.body import RESERVED
 
 _FINGERPRINT = 16  # chosen: hexadecimal digits
-_STATE = (0.0,)
+_STATE = (0.0,)  # chosen: an unused entry, since C has no empty structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,12 +125,12 @@ class Recipe:
 
     @property
     def finite(self) -> tuple[bool, ...]:
-        """Whether each input must be a finite number."""
+        """Whether each input, in its unit (mm, s, N ...), must be a finite number."""
         return tuple(name not in self.missing for name in self.inputs)
 
     @property
     def fingerprint(self) -> str:
-        """Digest of constants, state and interface, 16 hexadecimal digits."""
+        """Digest of constants, state and interface, 16 hexadecimal digits; mm and s count as text."""
         total = hashlib.sha256(repr((self.kind, dict(self.inputs), dict(self.outputs), self.period)).encode())
         for one in leaves((*self.law, self.state)):
             array = np.asarray(one)
@@ -138,7 +138,7 @@ class Recipe:
         return total.hexdigest()[:_FINGERPRINT]
 
     def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
-        """Return about `count` inputs in chains, arrays (m, inputs), in their units."""
+        """Return about `count` inputs in chains drawn by `rng`, arrays (m, inputs), in their units."""
         if self.vectors is None:
             return [rng.standard_normal((count, len(self.inputs)))]
         return [np.array(one, dtype=float).reshape(-1, len(self.inputs)) for one in self.vectors(rng, count)]

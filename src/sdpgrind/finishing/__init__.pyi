@@ -9,8 +9,8 @@ from ._problem.identify import identify as identify
 from ._problem.motion import Motion as Motion
 from ._problem.motion import MotionError as MotionError
 from ._problem.motion import MotionState as MotionState
-from ._problem.motion import Posture as Posture
 from ._problem.plan import plan as plan
+from ._problem.posture import Posture as Posture
 from ._problem.presets import PresetInfo as PresetInfo
 from ._problem.presets import preset as preset
 from ._problem.presets import presets as presets
@@ -28,6 +28,7 @@ from .path._hilbert import hilbert as hilbert
 from .path._path import Path as Path
 from .path._zigzag import zigzag as zigzag
 from .study._study import Study as Study
+from .surface._region import Region as Region
 from .surface._surface import Surface as Surface
 from .torque._axis import TorqueAxis as TorqueAxis
 from .torque._controller import TorqueController as TorqueController

@@ -134,9 +134,10 @@ def _whole(
     columns = {each.column: np.concatenate([b.columns[each.column] for b in blocks]) for each in asked}
     where = files[0].name if len(files) == 1 else f"{files[0].name} ... {files[-1].name}"
     if rules.plausible:
-        refuse_other_resample(rules.resample, sum(one.rows for one in found), blocks, where)
-        _refuse_mistakes(columns, blocks, found[0], rules, where)
-        warn_of_other_time(blocks, where)
+        rising = [one_a_time(block, "last") for block in blocks]  # rates need steps > 0
+        refuse_other_resample(rules.resample, sum(one.rows for one in found), rising, where)
+        _refuse_mistakes(columns, rising, found[0], rules, where)
+        warn_of_other_time(rising, where)
     else:
         notes = [*notes, "plausible=False: units are not held against what a machine can mean"]
     sizes, names = [block.time.size for block in blocks], _names(blocks)

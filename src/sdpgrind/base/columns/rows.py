@@ -73,9 +73,9 @@ def restarts(block: PartRows, on_restart: str, named: bool = False) -> list[Part
 
 
 def one_a_time(block: PartRows, duplicates: str) -> PartRows:
-    """Merge different rows at one time as asked, or refuse them."""
+    """Merge different rows at one time as asked, keep or refuse them."""
     again = np.diff(block.time) == 0
-    if not np.any(again):
+    if duplicates == "keep" or not np.any(again):
         return block
     if duplicates == "refuse":
         k, step = int(np.argmax(again)), _even_step(block)
@@ -83,7 +83,7 @@ def one_a_time(block: PartRows, duplicates: str) -> PartRows:
         raise ValueError(
             f"{block.where}: time must rise from row to row (s); {float(block.time[k])!r} stands in"
             f" {block.at(k)} and, with other values, in {block.at(k + 1)}:"
-            f' {even}duplicates="first", "last" or "mean"'
+            f' {even}duplicates="first", "last" or "mean", or "keep" for the rows of motions'
         )
     first = np.flatnonzero(np.concatenate([[True], ~again]))
     if duplicates == "mean":
@@ -95,7 +95,7 @@ def one_a_time(block: PartRows, duplicates: str) -> PartRows:
 def warn_of_most(blocks: Sequence[PartRows], duplicates: str) -> None:
     """Warn once where most rows of parts share their time with others, as of a clock of whole seconds."""
     coarse = [block for block in blocks if not block.ready and _is_coarse(block)]
-    if not coarse:
+    if duplicates == "keep" or not coarse:
         return
     rows, steps = sum(block.time.size for block in coarse), [*filter(None, map(_even_step, coarse))]
     kept = sum(np.unique(block.time).size for block in coarse)
@@ -137,9 +137,10 @@ def _means(values: Column, first: npt.NDArray[np.int64]) -> Column:
 
 
 def gaps(block: PartRows) -> list[tuple[float, float]]:
-    """Time and length (s) of each step of more than three medians."""
-    steps = np.diff(block.time)
-    return [(float(block.time[k]), float(steps[k])) for k in np.flatnonzero(wide(steps))]
+    """Time and length (s) of each step of more than three medians; rows at one time are one instant."""
+    time = np.unique(block.time)
+    steps = np.diff(time)
+    return [(float(time[k]), float(steps[k])) for k in np.flatnonzero(wide(steps))]
 
 
 def wide(steps: Floats) -> Bools:

@@ -42,12 +42,17 @@ class Rules:
 
     def __post_init__(self) -> None:
         checks.one_of("commands_at", self.commands_at, ALIGNMENTS)
-        checks.one_of("duplicates", self.duplicates, ("refuse", "first", "last", "mean"))
+        checks.one_of("duplicates", self.duplicates, ("refuse", "first", "last", "mean", "keep"))
         checks.one_of("on_restart", self.on_restart, ("refuse", "new part"))
         checks.kind("plausible", self.plausible, bool)
         for name in ("period", "resample"):
             if getattr(self, name) is not None:
                 checks.positive(name, getattr(self, name), "s")
+        if self.duplicates == "keep" and (self.commands_at != "begin" or self.resample is not None):
+            raise ValueError(
+                'duplicates="keep" leaves rows at one time as they stand: commands_at must be "begin" and'
+                f" resample None; got {self.commands_at!r} and {self.resample!r}"
+            )
         if isinstance(self.missing, str):
             raise TypeError(f"missing must be a sequence of words, ({self.missing!r},); got {self.missing!r}")
 
@@ -240,7 +245,9 @@ def _blocks(
         parts = [block.only(order[a:b], label) for label, a, b in pieces]
     timed = [_timed(each, times) for each in parts]
     named = of_part is not None
-    return [each for one in timed for each in restarts(without_equal(one), rules.on_restart, named)]
+    if rules.duplicates != "keep":
+        timed = [without_equal(one) for one in timed]
+    return [each for one in timed for each in restarts(one, rules.on_restart, named)]
 
 
 def _timed(block: PartRows, times: Any) -> PartRows:

@@ -5,7 +5,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from sdpgrind.codegen._files.shell import Source, reset_state
+from sdpgrind.codegen._files.shell import CSource, reset_state
 from sdpgrind.codegen._files.vectors import BLOCKS, STEPS, Vectors
 from sdpgrind.codegen._recipe import Recipe
 
@@ -17,19 +17,19 @@ _PROMISES = {
 }
 
 
-def math_of(source: Source) -> str:
+def math_of(source: CSource) -> str:
     """Return what the bits depend on: "none" or "libm"."""
     return "libm" if source.libm else "none"
 
 
-def promise(source: Source) -> str:
+def promise(source: CSource) -> str:
     """Return the promise in a sentence."""
     names = list(source.libm)
     functions = " and ".join([", ".join(names[:-1])] * (len(names) > 1) + names[-1:])
     return _PROMISES[math_of(source)].format(functions=functions)
 
 
-def manifest(recipe: Recipe, name: str, version: str, source: Source, vectors: Vectors) -> dict[str, Any]:
+def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: Vectors) -> dict[str, Any]:
     """Return the manifest without the files' digests."""
     functions, program = list(source.program.functions.values()), source.program
     bounds = [

@@ -10,7 +10,7 @@ from sdpgrind.base import checks
 from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._translate.body import text_of
 from sdpgrind.codegen._translate.calls import LIBM
-from sdpgrind.codegen._translate.program import Function, Program
+from sdpgrind.codegen._translate.program import CProgram, Function
 from sdpgrind.codegen._translate.types import FLOAT64, Array, Scalar
 from sdpgrind.codegen._translate.values import Value
 
@@ -64,11 +64,11 @@ int32_t {name}_step({name}_state *state, const {name}_input *in, {name}_output *
 
 
 @dataclass(frozen=True)
-class Source:
+class CSource:
     """Text of the source file, and the program behind it."""
 
     text: str
-    program: Program
+    program: CProgram
     step: Function
 
     @property
@@ -81,9 +81,9 @@ class Source:
         return {"fmod"} if "mod" in self.program.helpers else set()
 
 
-def source_of(recipe: Recipe, name: str, version: str) -> Source:
+def source_of(recipe: Recipe, name: str, version: str) -> CSource:
     """Translate a recipe under a name."""
-    program = Program(name)
+    program = CProgram(name)
     constants = constants_of(recipe, program)
     step, lines = _step(recipe, name, program, constants)
     reset = _reset(recipe, name, program, constants)
@@ -91,10 +91,10 @@ def source_of(recipe: Recipe, name: str, version: str) -> Source:
         name=name, kind=recipe.kind, version=version, fingerprint=recipe.fingerprint, guards=GUARDS,
         definitions=program.definitions(), reset=reset, step=lines,
     )  # fmt: skip
-    return Source(text, program, step)
+    return CSource(text, program, step)
 
 
-def constants_of(recipe: Recipe, program: Program) -> list[Value]:
+def constants_of(recipe: Recipe, program: CProgram) -> list[Value]:
     """Return the constants of a recipe, under the names of the parameters of its step."""
     names = list(inspect.signature(recipe.step.py_func).parameters)
     wanted = 2 + len(recipe.law) + len(recipe.inputs)
@@ -109,7 +109,7 @@ def _row(code: str, size: int) -> Value:
     return Value(code, Array(FLOAT64, (size,), (1,)), root=code)
 
 
-def _call(program: Program, kernel: Any, values: list[Value]) -> tuple[Function, str]:
+def _call(program: CProgram, kernel: Any, values: list[Value]) -> tuple[Function, str]:
     function = program.function(kernel, values, None)
     for value, parameter in zip(values, function.parameters, strict=True):
         if parameter in function.written and not value.root:
@@ -118,7 +118,7 @@ def _call(program: Program, kernel: Any, values: list[Value]) -> tuple[Function,
     return function, f"{function.name}({', '.join(texts)})"
 
 
-def _step(recipe: Recipe, name: str, program: Program, constants: list[Value]) -> tuple[Function, str]:
+def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) -> tuple[Function, str]:
     inputs = [Value(f"in->{one}", FLOAT64) for one in recipe.inputs]
     values = [_row("s", recipe.state.size), *constants, *inputs, _row("o", len(recipe.outputs))]
     function, call = _call(program, recipe.step, values)
@@ -149,7 +149,7 @@ def _step(recipe: Recipe, name: str, program: Program, constants: list[Value]) -
     return function, "\n".join(one if one.startswith("#") else "    " + one for one in lines)
 
 
-def _reset(recipe: Recipe, name: str, program: Program, constants: list[Value]) -> str:
+def _reset(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) -> str:
     """Lines of `reset`: the kernel that starts, or the state as it is then."""
     if recipe.start is None:
         cells = program.table(recipe.state, "reset_state").code

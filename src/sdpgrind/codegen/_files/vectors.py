@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.codegen._files import vector_kernels as kernels
 from sdpgrind.codegen._files.shell import reset_state
-from sdpgrind.codegen._proof import reference_kernels as kernels
 from sdpgrind.codegen._recipe import Recipe
 
 ROWS = 512  # chosen: rows that are asked of a recipe
@@ -43,7 +43,7 @@ class Reference:
         count, recipe = len(rows), self.recipe
         states, codes = np.zeros((count, self.fresh.size)), np.full(count, -1)
         outputs = np.zeros((count, len(recipe.outputs)))
-        usable = np.isfinite(rows[:, self._finite]).all(axis=1)
+        usable: Any = np.isfinite(rows[:, self._finite]).all(axis=1)
         step, law, work = recipe.step, recipe.law, self.state.copy()
         for k, (row, reset, good) in enumerate(zip(rows.tolist(), resets, usable, strict=True)):
             if reset:

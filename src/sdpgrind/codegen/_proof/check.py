@@ -10,8 +10,9 @@ import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.rng import Seed
+from sdpgrind.codegen._files import vector_kernels
 from sdpgrind.codegen._files.vectors import ROWS, Answers, Reference, Varied, rows_of
-from sdpgrind.codegen._proof import compilers, reference_kernels
+from sdpgrind.codegen._proof import compilers
 from sdpgrind.codegen._proof.library import Library
 from sdpgrind.codegen._recipe import Recipe
 
@@ -21,7 +22,19 @@ _CHUNK = 20_000  # chosen: steps at once: 25 MB of states of a controller of plu
 
 @dataclass(frozen=True)
 class Difference:
-    """First step that differs: inputs, and outputs and state after it, of C and of the library."""
+    """First step that differs: inputs, outputs and state, in the units of the export (mm, s, N ...).
+
+    Attributes
+    ----------
+    build : str
+        Compiler and level.
+    step : int
+        Number of the step.
+    inputs, outputs, state : tuple of float
+        Of the C.
+    wanted, wanted_state : tuple of float
+        Outputs and state of the library.
+    """
 
     build: str
     step: int
@@ -33,8 +46,8 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Checked:
-    """What a check has found.
+class ExportCheck:
+    """What a check has found; numbers of steps, unit 1.
 
     Attributes
     ----------
@@ -58,7 +71,7 @@ class Checked:
 
     @property
     def differing(self) -> int:
-        """Number of steps that differ, of all builds; raises where nothing was run."""
+        """Number of steps (unit 1) that differ, of all builds; raises where nothing was run."""
         if not self.builds:
             raise RuntimeError(
                 f"nothing was run: none of {', '.join(self.missing)} was found on this computer"
@@ -74,7 +87,7 @@ def checked(
     names: Sequence[str],
     levels: Sequence[str],
     rng: Seed,
-) -> Checked:
+) -> ExportCheck:
     """Compare all builds with the library on varied inputs of the recipe."""
     there, missing = compilers.found(names)
     sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
@@ -97,7 +110,7 @@ def checked(
                 if first is None and wrong.any():
                     first = _difference(build, begin, int(np.argmax(wrong)), rows[0], found, wanted)
     status = "not run" if not counts else "differs" if sum(counts.values()) else "equal"
-    return Checked(status, states if counts else 0, counts, tuple(missing), first)
+    return ExportCheck(status, states if counts else 0, counts, tuple(missing), first)
 
 
 def _expected(recipe: Recipe, states: int, rng: Seed) -> Iterator[tuple[int, tuple[Floats, Bools], Answers]]:
@@ -113,7 +126,7 @@ def _expected(recipe: Recipe, states: int, rng: Seed) -> Iterator[tuple[int, tup
 
 def _wrong(found: Answers, wanted: Answers) -> Any:
     pairs = ((found.states, wanted.states), (found.outputs, wanted.outputs))
-    wrong = [reference_kernels.differing(*(one.view(np.uint64) for one in pair)) for pair in pairs]
+    wrong = [vector_kernels.differing(*(one.view(np.uint64) for one in pair)) for pair in pairs]
     return wrong[0] | wrong[1] | (found.codes != wanted.codes)
 
 

@@ -18,6 +18,17 @@ class CompiledController:
 
     A copy has a state of its own.
 
+    Parameters
+    ----------
+    recipe : Recipe
+        What was exported.
+    folder : Path
+        Folder of the export.
+    name : str
+        Prefix of its functions.
+    compiler : str
+        Command of the C compiler.
+
     Attributes
     ----------
     period : float or None
@@ -54,17 +65,17 @@ class CompiledController:
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine of the thing that was exported."""
+        """Part and machine (mm, s, N) of the thing that was exported."""
         return self._recipe.job
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """What the thing that was exported tells the log."""
+        """What the thing that was exported tells the log, in its units (mm, s, N)."""
         return self._recipe.description
 
     @property
     def stands_for(self) -> str:
-        """Class of the thing that was exported, for the log."""
+        """Class of the thing that was exported, for the log; text, no unit."""
         return self._recipe.kind
 
     def reset(self) -> None:
@@ -73,7 +84,12 @@ class CompiledController:
         self._library.reset(self.state)
 
     def step(self, **measurement: Any) -> dict[str, Any]:
-        """Return the outputs by name; an input that is not given is NaN. Others are not used.
+        """Return the outputs by name, in their units; an input (mm, s, N ...) that is not given is NaN.
+
+        Parameters
+        ----------
+        **measurement
+            Inputs by name; others are not used.
 
         Raises
         ------

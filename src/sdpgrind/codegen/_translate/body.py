@@ -7,14 +7,31 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from sdpgrind.codegen._translate.refusals import Source
-from sdpgrind.codegen._translate.types import Array, Known, Nothing, Record, Tuple, Type, size_of, unified
+from sdpgrind.codegen._translate.refusals import KernelSource
+from sdpgrind.codegen._translate.types import Array, Known, Nothing, RowType, Tuple, Type, size_of, unified
 from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, Value, cast, literal, within
 
-if TYPE_CHECKING:
-    from sdpgrind.codegen._translate.program import Program
+
+class ProgramLike(Protocol):
+    """What a body asks of the program that it belongs to."""
+
+    def helper(self, name: str) -> str:
+        """Return the name of a helper, which is then defined."""
+
+    def macro(self, name: str) -> str:
+        """Return the name of the check of indices."""
+
+    def spelled(self, kind: Type) -> str:
+        """Return the name of a type in C."""
+
+    def constant(self, thing: Any, name: str) -> Value:
+        """Return a constant, or a thing that exists while translating only."""
+
+    def function(self, kernel: Any, values: list[Value], at: Any) -> Any:
+        """Return the function of a kernel for arguments of these types."""
+
 
 _WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long
@@ -50,7 +67,7 @@ class Variable:
 class Body(ABC):
     """State of the translation of one kernel for one tuple of argument types."""
 
-    def __init__(self, program: "Program", kernel: Any, source: Source) -> None:
+    def __init__(self, program: ProgramLike, kernel: Any, source: KernelSource) -> None:
         self.program, self.kernel, self.source = program, kernel, source
         self.variables: dict[str, Variable] = {}
         self.result: Type | None = None
@@ -109,7 +126,7 @@ class Body(ABC):
 
     def declaration(self, name: str, kind: Type, root: str = "") -> str:
         """Return the declaration of a variable; pointers to what nobody writes to are constant."""
-        if isinstance(kind, Array | Record):
+        if isinstance(kind, Array | RowType):
             element = kind.element.c if isinstance(kind, Array) else "double"
             return f"{'' if root in self.written else 'const '}{element} *{name}"
         return f"{self.program.spelled(kind)} {name}"
@@ -124,7 +141,7 @@ class Body(ABC):
         name = self.fresh()
         self.bytes += size_of(value.type)
         declared = self.declaration(name, value.type, value.root)
-        constant = "" if isinstance(value.type, Array | Record) else "const "
+        constant = "" if isinstance(value.type, Array | RowType) else "const "
         self.emit(f"{constant}{declared} = {self.text(value)};", name, call)
         return Value(name, value.type, root=root_of(value))
 
@@ -231,7 +248,7 @@ class Body(ABC):
 
     def as_truth(self, node: ast.AST, value: Value) -> Value:
         """Return a number as a truth."""
-        if not isinstance(value.type, Array | Record | Tuple | Known | Nothing):
+        if not isinstance(value.type, Array | RowType | Tuple | Known | Nothing):
             if value.type.c == "bool":
                 return value
             if value.number is not None:
@@ -241,17 +258,17 @@ class Body(ABC):
         raise self.refused(node, "the truth of what is no number", "compare it")
 
 
-def text_of(program: "Program", value: Value) -> str:
+def text_of(program: ProgramLike, value: Value) -> str:
     """Return the text of a value of any type: an address, a structure, a number."""
     if value.items is not None:
         return f"({program.spelled(value.type)}){_braced(program, value)}"
-    if isinstance(value.type, Array | Record):
+    if isinstance(value.type, Array | RowType):
         place = place_of(value)
         return value.code if place == "0" else f"&{value.code}[{place}]"
     return value.code
 
 
-def _braced(program: "Program", value: Value) -> str:
+def _braced(program: ProgramLike, value: Value) -> str:
     if value.items is None:
         return text_of(program, value)
     return "{" + ", ".join(_braced(program, one) for one in value.items) + "}"
@@ -259,7 +276,7 @@ def _braced(program: "Program", value: Value) -> str:
 
 def root_of(value: Value) -> str:
     """Return the variable through which an array or record is reached; "" for numbers."""
-    return value.root if isinstance(value.type, Array | Record) else ""
+    return value.root if isinstance(value.type, Array | RowType) else ""
 
 
 def place_of(value: Value) -> str:

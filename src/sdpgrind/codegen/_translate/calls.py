@@ -17,7 +17,7 @@ from sdpgrind.codegen._translate.types import (
     Array,
     Known,
     Nothing,
-    Record,
+    RowType,
     Scalar,
     Tuple,
     Type,
@@ -218,7 +218,7 @@ class Calls(Views):
         told = self.expression(node.args[0]).type
         thing = told.thing if isinstance(told, Known) else None
         if isinstance(thing, np.dtype) and thing.names and kind.element == FLOAT64 and kind.dense:
-            return replace(base, type=Record(thing))
+            return replace(base, type=RowType(thing))
         if thing is np.int64 and kind.element == FLOAT64:
             return replace(base, type=replace(kind, bits=True))
         raise self.refused(node, "this view of an array", "view doubles as a record, or as np.int64")

@@ -9,14 +9,14 @@ import numpy as np
 
 from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._translate.body import Line, merged, without_unused
-from sdpgrind.codegen._translate.refusals import Source, check_options
+from sdpgrind.codegen._translate.refusals import KernelSource, check_options
 from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_in_order
 from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.types import (
     ELEMENTS,
     Array,
     Nothing,
-    Record,
+    RowType,
     Scalar,
     Tuple,
     Type,
@@ -38,7 +38,7 @@ class Function:
     name: str
     signature: str
     kernel: Kernel
-    source: Source
+    source: KernelSource
     parameters: tuple[str, ...]
     types: tuple[Type, ...]
     result: Type
@@ -61,7 +61,7 @@ class Function:
 
 
 @dataclass
-class Program:
+class CProgram:
     """Functions, structures and tables under one prefix."""
 
     prefix: str
@@ -90,8 +90,8 @@ class Program:
         """Return the name of a type in C."""
         if isinstance(kind, Scalar):
             return kind.c
-        if isinstance(kind, Array | Record):
-            return "const double *" if isinstance(kind, Record) else f"const {kind.element.c} *"
+        if isinstance(kind, Array | RowType):
+            return "const double *" if isinstance(kind, RowType) else f"const {kind.element.c} *"
         if isinstance(kind, Nothing):
             return "void"
         assert isinstance(kind, Tuple)
@@ -140,7 +140,9 @@ class Program:
 
     # -- functions -------------------------------------------------------------------------------------
 
-    def function(self, kernel: Kernel, values: list[Value], at: tuple[Source, ast.AST] | None) -> Function:
+    def function(
+        self, kernel: Kernel, values: list[Value], at: tuple[KernelSource, ast.AST] | None
+    ) -> Function:
         """Return the function of a kernel for arguments of these types."""
         kinds = tuple(one.type for one in values)
         for key in ((kernel, kinds, ()), (kernel, kinds, tuple(one.count for one in values))):
@@ -162,7 +164,7 @@ class Program:
             raise at[0].refused(at[1], f"the recursion of {kernel.py_func.__name__}", "write a loop")
         self._underway.append(kernel)
         try:
-            source = Source(kernel)
+            source = KernelSource(kernel)
             check_options(source, kernel)
             body = Statements(self, kernel, source)
             body.declare(kinds, counts)
@@ -233,6 +235,7 @@ def check_result(function: Function) -> None:
     """Hold the result's type against numba's."""
     arguments = tuple(to_numba(one) for one in function.types)
     function.kernel.compile(arguments)
-    result = function.kernel.overloads[arguments].signature.return_type
+    compiled: Any = function.kernel.overloads[arguments]
+    result = compiled.signature.return_type
     if not same_result(function.result, result):
         raise AssertionError(f"{function.name}: {function.result}, and numba has {result}")

@@ -7,7 +7,16 @@ from typing import Any
 
 
 class RefusedKernelError(ValueError):
-    """A kernel that is outside the subset of Python that `export` translates."""
+    """A kernel outside the subset of Python that `export` translates, whatever its units (mm, s, N).
+
+    Parameters
+    ----------
+    message : str
+        File, line, construct, and what to write instead.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
 
 
 WORDS: dict[type, tuple[str, str]] = {
@@ -35,7 +44,7 @@ WORDS: dict[type, tuple[str, str]] = {
 """Construct -> (its name, what to write instead)."""
 
 
-class Source:
+class KernelSource:
     """Text of a kernel: its tree, its file and its lines."""
 
     def __init__(self, kernel: Any) -> None:
@@ -76,7 +85,7 @@ def shown_file(function: Any) -> str:
     return "/".join(path.parts[-depth:])
 
 
-def check_options(source: Source, kernel: Any) -> None:
+def check_options(source: KernelSource, kernel: Any) -> None:
     """Refuse options under which machine code differs from C: they come with the decorator."""
     options = kernel.targetoptions
     if options.get("fastmath"):
@@ -85,7 +94,7 @@ def check_options(source: Source, kernel: Any) -> None:
         raise source.refused(source.tree, "parallel", "leave it out: sums then depend on the machine")
 
 
-def check_division(source: Source, kernel: Any, node: ast.AST) -> None:
+def check_division(source: KernelSource, kernel: Any, node: ast.AST) -> None:
     """Refuse a division that raises in Python and goes on in C."""
     if kernel.targetoptions.get("error_model") != "numpy":
         raise source.refused(

@@ -11,7 +11,7 @@ from sdpgrind.codegen._translate.types import (
     Array,
     Known,
     Nothing,
-    Record,
+    RowType,
     Scalar,
     Tuple,
     Type,
@@ -319,7 +319,7 @@ class Statements(Expressions):
         """Return a value of the type of all results."""
         value = Value("", Nothing()) if node.value is None else self.expression(node.value)
         kind: Type | None = value.type if self.result is None else unified(self.result, value.type)
-        if kind is None or isinstance(kind, Record):
+        if kind is None or isinstance(kind, RowType):
             raise self.refused(node, "results of two types", "return the same in all branches")
         self._check_alive(node, value)
         if kind != self.result:
@@ -347,7 +347,7 @@ class Statements(Expressions):
         names = [one.arg for one in self.source.tree.args.args]
         self.parameters = tuple(self.name(one) for one in names)
         for k, (name, kind) in enumerate(zip(names, kinds, strict=True)):
-            root = self.name(name) if isinstance(kind, Array | Record) else ""
+            root = self.name(name) if isinstance(kind, Array | RowType) else ""
             self.variables[name] = Variable(kind, counts[k] if counts else None, root)
 
     def begin(self) -> None:
@@ -361,7 +361,7 @@ class Statements(Expressions):
         for name, kind in self.on_top.items():
             text = self.declaration(self.name(name), kind, self.variables[name].root)
             zero = {"bool": "false", "double": "0.0"}.get(kind.c, "0") if isinstance(kind, Scalar) else ""
-            start = f" = {zero}" if zero else " = NULL" if isinstance(kind, Array | Record) else ""
+            start = f" = {zero}" if zero else " = NULL" if isinstance(kind, Array | RowType) else ""
             found.append(Line(f"{text}{start};", 1, self.name(name)))
         return found
 

@@ -59,7 +59,7 @@ def dense(shape: tuple[int | None, ...]) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True)
-class Record:
+class RowType:
     """A row of doubles with names."""
 
     dtype: RecordType
@@ -91,7 +91,7 @@ class Nothing:
     """The result of a function without one."""
 
 
-Type: TypeAlias = Scalar | Array | Record | Tuple | Known | Nothing
+Type: TypeAlias = Scalar | Array | RowType | Tuple | Known | Nothing
 
 
 def unified(first: Type, second: Type) -> Type | None:
@@ -134,7 +134,7 @@ def to_numba(kind: Type) -> Any:
     if isinstance(kind, Array):
         element = of_numba.int64 if kind.bits else _OF_NUMBA[kind.element]
         return numba.types.Array(element, len(kind.shape), "C" if kind.dense else "A")
-    if isinstance(kind, Record):
+    if isinstance(kind, RowType):
         return from_dtype(kind.dtype)
     if isinstance(kind, Tuple):
         named = kind.made_by if kind.made_by is not tuple else None

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from sdpgrind.codegen._translate.types import BOOL, FLOAT64, INT64, Known, Scalar, Type
 
-PRIMARY, PRODUCT, SUM, LOWEST = 3, 2, 1, 0
+LOWEST, SUM, PRODUCT, PRIMARY = range(4)
 """How tightly the text of a value binds."""
 
 

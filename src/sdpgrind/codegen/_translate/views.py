@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from sdpgrind.codegen._translate.body import Body, moved, place_of
-from sdpgrind.codegen._translate.types import FLOAT64, INT64, Array, Known, Record, Scalar, Tuple, dense
+from sdpgrind.codegen._translate.types import FLOAT64, INT64, Array, Known, RowType, Scalar, Tuple, dense
 from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, PRODUCT, Value, cast, literal, within
 
 
 @dataclass(frozen=True)
-class Axis:
+class IndexedAxis:
     """What an index does with an axis: where it begins, and the extent that stays; -1: none."""
 
     at: int
@@ -29,7 +29,7 @@ class Views(Body):
             return self.program.constant(getattr(kind.thing, node.attr), node.attr)
         if isinstance(kind, Tuple) and node.attr in kind.fields:
             return self.item(base, kind.fields.index(node.attr))
-        if isinstance(kind, Record) and node.attr in (kind.dtype.names or ()):
+        if isinstance(kind, RowType) and node.attr in (kind.dtype.names or ()):
             return self.field(base, node.attr)
         if isinstance(kind, Array):
             return self._of_array(node, base, kind)
@@ -37,8 +37,9 @@ class Views(Body):
 
     def field(self, base: Value, name: str) -> Value:
         """Return a field of a record: a number, or a view."""
-        assert isinstance(base.type, Record)
-        inner, offset = (base.type.dtype.fields or {})[name][:2]
+        assert isinstance(base.type, RowType)
+        fields: Any = base.type.dtype.fields
+        inner, offset = fields[name][:2]
         place = moved(base, offset // 8, note=name)
         if inner.shape:
             return replace(place, type=Array(FLOAT64, inner.shape, dense(inner.shape)))
@@ -77,7 +78,7 @@ class Views(Body):
     def subscript(self, node: ast.Subscript) -> Value:
         """Return an item, an element, or a view."""
         base = self.expression(node.value)
-        if isinstance(base.type, Record):
+        if isinstance(base.type, RowType):
             return base  # the one row of a view by names
         if isinstance(base.type, Tuple):
             return self._of_tuple(node, base)
@@ -134,7 +135,7 @@ class Views(Body):
         found = self.expression(indices[0])
         return found.note
 
-    def axis(self, node: ast.expr, extent: int | None) -> Axis:
+    def axis(self, node: ast.expr, extent: int | None) -> IndexedAxis:
         """Return what an index means; -1 counts from the end where it is a literal."""
         if not isinstance(node, ast.Slice):
             return self._one(self.expression(node), node, extent)
@@ -146,18 +147,18 @@ class Views(Body):
         first = 0 if lower is None else self._from_end(lower.count or 0, node, extent)
         upper = None if node.upper is None else self.expression(node.upper)
         if upper is None:
-            return Axis(first, (), None if extent is None else max(extent - first, 0))
+            return IndexedAxis(first, (), None if extent is None else max(extent - first, 0))
         if upper.count is None:
             raise SizeUnknownError(
                 str(self.refused(node, "a slice of a size that is no constant", "write the loop"))
             )
         last = self._from_end(upper.count, node, extent)
-        return Axis(first, (), max((last if extent is None else min(last, extent)) - first, 0))
+        return IndexedAxis(first, (), max((last if extent is None else min(last, extent)) - first, 0))
 
-    def _one(self, index: Value, node: ast.expr, extent: int | None) -> Axis:
+    def _one(self, index: Value, node: ast.expr, extent: int | None) -> IndexedAxis:
         if index.count is not None:
-            return Axis(self._from_end(index.count, node, extent), (), -1)
-        return Axis(0, (self.guarded(self._whole(node, index), extent),), -1)
+            return IndexedAxis(self._from_end(index.count, node, extent), (), -1)
+        return IndexedAxis(0, (self.guarded(self._whole(node, index), extent),), -1)
 
     def _whole(self, node: ast.AST, index: Value) -> Value:
         found = cast(index, INT64)
@@ -178,16 +179,16 @@ class Views(Body):
             return count
         return self.known(node, extent) + count
 
-    def _computed(self, node: ast.Slice, lower: Value) -> Axis:
+    def _computed(self, node: ast.Slice, lower: Value) -> IndexedAxis:
         """Slice from a computed start: `[a : a + n]`, or one of unknown extent."""
         begin = within(self._whole(node, lower), PRODUCT)
         if node.upper is None:
-            return Axis(0, (begin,), None)
+            return IndexedAxis(0, (begin,), None)
         upper, start = node.upper, ast.dump(node.lower) if node.lower is not None else ""
         if isinstance(upper, ast.BinOp) and isinstance(upper.op, ast.Add) and ast.dump(upper.left) == start:
             length = self.expression(upper.right).count
             if length is not None:
-                return Axis(0, (begin,), length)
+                return IndexedAxis(0, (begin,), length)
         raise SizeUnknownError(
             str(self.refused(node, "a slice of a size that is no constant", "write the loop"))
         )

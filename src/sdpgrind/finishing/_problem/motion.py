@@ -1,8 +1,6 @@
 """A planned motion: joints and feed over time, and the quantity nearest to its limit."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -12,12 +10,13 @@ import xarray as xr
 from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base import checks, pictures, stored
-from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.sheets.blocks import AmountTable, figures
-from sdpgrind.base.warned import warn
+from sdpgrind.finishing._problem.joint_runs import least_duration
 from sdpgrind.finishing._problem.placed import turned
+from sdpgrind.finishing._problem.posture import Posture, posture_of_file, written
 from sdpgrind.finishing._problem.problem import FinishingProblem, check_pressed
 from sdpgrind.finishing._program.program import MotionProgram, program_of
 from sdpgrind.finishing.arm._heading import pitch_cosine
@@ -26,42 +25,6 @@ from sdpgrind.finishing.timing._violations import Violation
 
 # chosen: relative excess of a limit that is an error; less is within the tolerance of the solvers
 EXCEEDED = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class Posture(ByValue):
-    """Posture of the robot over a motion.
-
-    Attributes
-    ----------
-    branch : int
-        Branch: of an arm 0 to 3, see `Arm.inverse`; of other robots, see its ``solutions``.
-    placement : (float, float, float) or (float, float, float, float)
-        Origin of the surface in the base frame with the table at zero, mm, and its turn about z, rad.
-    free : mapping
-        Name -> values of a redundant freedom in every row (m,), such as "wrist_radius" of an `Arm`, mm.
-    """
-
-    branch: int
-    placement: tuple[float, ...]
-    free: Mapping[str, Floats] = field(default_factory=dict, compare=False)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Posture):
-            return NotImplemented
-        same_free = self.free.keys() == other.free.keys() and all(
-            np.array_equal(self.free[name], other.free[name]) for name in self.free
-        )
-        return super().__eq__(other) is True and same_free
-
-    def __hash__(self) -> int:
-        return super().__hash__()
-
-    @property
-    def wrist_radius(self) -> float:
-        """Former place of the wrist radius of an arm, mm."""
-        warn("Posture.wrist_radius is now Posture.free['wrist_radius'], a row each", DeprecationWarning)
-        return float(self.free["wrist_radius"][0])
 
 
 class MotionState(NamedTuple):
@@ -112,6 +75,8 @@ class Motion(Plan):
     worst_violation : Violation
         Quantity nearest to its limit, or farthest beyond it; its time (s) and length (mm) count from the
         start of the motion.
+    other_law : str
+        Why some run has another time law than the method's; empty where none has.
     dataset : xarray.Dataset
         All rows, with units.
     """
@@ -119,10 +84,16 @@ class Motion(Plan):
     kind = "finishing.motion"
 
     def __init__(
-        self, problem: FinishingProblem, method: str, posture: Posture, worst: Violation, data: xr.Dataset
+        self,
+        problem: FinishingProblem,
+        method: str,
+        posture: Posture,
+        worst: Violation,
+        data: xr.Dataset,
+        other_law: str = "",
     ) -> None:
         self.problem, self.method, self.posture, self.worst_violation = problem, method, posture, worst
-        self._data = data
+        self._data, self.other_law = data, other_law
         for column in data.variables.values():
             if column.dtype.kind == "f":
                 column.values.flags.writeable = False
@@ -242,6 +213,20 @@ class Motion(Plan):
         """Path length over duration, mm/s."""
         return float(self.length[-1] / self.duration)
 
+    @cached_property
+    def lower_bound(self) -> float:
+        """Duration that no time law on this path and in this posture is below, s; see `timing.lower_bound`.
+
+        It is proved, and does without limits of jerk: where these rule, it is far below what is possible. The
+        joints along the path are found again for it.
+        """
+        return least_duration(self.problem, self.method)
+
+    @property
+    def gap(self) -> float:
+        """Greatest share of the duration that a faster law could save, unit 1; from `lower_bound`."""
+        return 1 - self.lower_bound / self.duration
+
     @property
     def least_cos_pitch(self) -> float:
         """Least ``|cos phi|`` of the tool axis, unit 1; an arm's q1 turns faster by its inverse."""
@@ -267,7 +252,8 @@ class Motion(Plan):
             if worst.ratio <= 1 + EXCEEDED
             else ""
         )
-        return f"{kept}, the nearest is the {worst}" if kept else f"exceeded is the {worst}"
+        said = f"{kept}, the nearest is the {worst}" if kept else f"exceeded is the {worst}"
+        return f"{said}; {self.other_law}" if self.other_law else said
 
     def program(
         self,
@@ -344,39 +330,20 @@ class Motion(Plan):
     def dataset(self) -> xr.Dataset:
         """Rows and problem as labelled arrays: lengths in mm, angles in rad, times in s."""
         told = {"problem": stored.encode(self.problem), "method": self.method}
-        told["posture"], told["worst_violation"] = _written(self.posture), json.dumps(self.worst_violation)
+        told["other_law"] = self.other_law
+        told["posture"], told["worst_violation"] = written(self.posture), json.dumps(self.worst_violation)
         return self._data.assign_attrs(told)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
         told = dataset.attrs
-        posture = _posture(json.loads(told["posture"]), dataset.sizes["row"])
+        posture = posture_of_file(json.loads(told["posture"]), dataset.sizes["row"])
         worst = Violation(*json.loads(told["worst_violation"]))
         problem, method = stored.decode(told["problem"]), str(told["method"])
-        return cls(problem, method, posture, worst, dataset.drop_attrs(deep=False))
+        other = str(told.get("other_law", ""))  # not in files of version 0.1.0
+        return cls(problem, method, posture, worst, dataset.drop_attrs(deep=False), other)
 
     def _told(self) -> str:
         way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"
         share = 100 * self.mean_feed_rate / self.problem.feed_rate
         return f"{way}, {share:.0f} % of the feed rate, {self.method}; {self.status}"
-
-
-def _written(posture: Posture) -> str:
-    """JSON of a posture; a freedom that is the same in every row is one number."""
-    free = {
-        name: float(values[0]) if np.all(values == values[0]) else values.tolist()
-        for name, values in posture.free.items()
-    }
-    return json.dumps({"branch": posture.branch, "placement": posture.placement, "free": free})
-
-
-def _posture(told: Any, rows: int) -> Posture:
-    """Posture of a file; version 0.1.0 wrote wrist radius, branch and placement."""
-    if isinstance(told, list):
-        radius, branch, place = told
-        told = {"branch": branch, "placement": place, "free": {"wrist_radius": radius}}
-    free = {
-        name: lasting(np.broadcast_to(np.asarray(value, dtype=float), (rows,)))
-        for name, value in told["free"].items()
-    }
-    return Posture(int(told["branch"]), tuple(told["placement"]), free)

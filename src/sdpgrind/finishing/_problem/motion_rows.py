@@ -12,7 +12,10 @@ from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
-SAMPLE_TIME = 0.004  # s, chosen: longest step between rows; knots of the time law are rows in any case
+SAMPLE_TIME = 0.004  # s, chosen: longest step between rows
+# s, chosen: knots of a law of limited jerk are rows once in such a time, since it may have thousands in a
+# second; splines through the rows are then off by some 1e-6 mm. Other knots are rows in any case.
+CROWDED = 0.001
 # of a run, chosen: inset from its ends at which the feed direction is that of the run, not of the next
 INSIDE = 1e-7
 
@@ -39,12 +42,19 @@ def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[Ti
 
 def _times(law: TimeLaw) -> Floats:
     """Knots of a law, and times between them with steps of at most `SAMPLE_TIME`."""
-    parts = np.maximum(np.ceil(np.diff(law.knots) / SAMPLE_TIME).astype(int), 1)
-    begin, step = np.repeat(law.knots[:-1], parts), np.repeat(np.diff(law.knots) / parts, parts)
+    knots = _thinned(law.knots) if law.jerk.all() else law.knots
+    parts = np.maximum(np.ceil(np.diff(knots) / SAMPLE_TIME).astype(int), 1)
+    begin, step = np.repeat(knots[:-1], parts), np.repeat(np.diff(knots) / parts, parts)
     within = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-    found = np.append(begin + within * step, law.knots[-1])
+    found = np.append(begin + within * step, knots[-1])
     times: Floats = found[np.append(True, np.diff(found) > 0)]
     return times
+
+
+def _thinned(knots: Floats) -> Floats:
+    """The first knot in every `CROWDED`, and the last."""
+    kept = np.unique((knots[:-1] / CROWDED).astype(int), return_index=True)[1]
+    return np.append(knots[kept], knots[-1])
 
 
 def _labelled(

@@ -1,32 +1,18 @@
 """Plan a finishing motion: tool poses, robot joints and time law."""
 
-import math
-from typing import Any
-
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import ProgressOption, portion, reporting
-from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError, Posture
+from sdpgrind.finishing._problem.joint_runs import limits_of, posture_of, runs_of, samples_of
+from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError
 from sdpgrind.finishing._problem.motion_rows import rows
-from sdpgrind.finishing._problem.placed import placed
-from sdpgrind.finishing._problem.problem import TABLE_HEIGHT, FinishingProblem
-from sdpgrind.finishing.arm._arm import Arm
-from sdpgrind.finishing.arm._choice import RobotChoice, choose
-from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
-from sdpgrind.finishing.arm._robot import Robot
-from sdpgrind.finishing.path._path import Path
-from sdpgrind.finishing.path._samples import PathSamples
-from sdpgrind.finishing.timing._joint_path import JointPath
+from sdpgrind.finishing._problem.posture import Posture
+from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.timing._laws import time_laws
-from sdpgrind.finishing.timing._limits import JointLimits
 from sdpgrind.finishing.timing._violations import worst_violation
 
 METHODS = ("trapezoid", "toppra", "min_time")
-ENDLESS = 1e6  # mm, chosen: half the travel of a table without limits, far beyond any arm
-# Least samples of a leg, and mm between them; chosen: a spline through the joints follows the path.
-FEWEST, STEP = 8, 0.25
 JOINTS_SHARE = 0.3  # chosen: portion of progress for the joints; with "trapezoid" they take most of the time
 
 
@@ -83,16 +69,9 @@ def plan(
     if problem.heading == "fixed":  # ends of legs show what is out of reach, before the long sampling
         posture_of(problem, problem.path.sample(per_leg=1))
     progress(0.0, "joints along the path")
-    samples = problem.path.sample(per_leg=_per_leg(problem.path))
+    samples = samples_of(problem.path)
     chosen, place = posture_of(problem, samples)
-    robot = problem.robot
-    limits = JointLimits(
-        robot.names,
-        speed_max=robot.speed_max,
-        acceleration_max=robot.acceleration_max,
-        jerk_max=robot.jerk_max if method == "min_time" else None,
-    )
-    pace = problem.acceleration if method == "trapezoid" else None
+    limits, pace = limits_of(problem, method)
     runs = runs_of(samples, chosen.joints)
     laws = time_laws(
         runs,
@@ -107,97 +86,10 @@ def plan(
     table = rows(problem, runs, laws)
     free = {name: np.full(table.sizes["row"], value) for name, value in chosen.free.items()}
     posture = Posture(chosen.branch, place, free)
-    motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), table)
+    other = "; ".join(f"run {k}: {law.status}" for k, law in enumerate(laws) if law.status)
+    motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), table, other)
     if throw and worst.ratio > 1 + EXCEEDED:
         raise MotionError(
             f"a limit is exceeded: {motion.worst_violation}; try a lower feed_rate or another method", motion
         )
     return motion
-
-
-def _per_leg(path: Path) -> int:
-    """Samples of a leg, at most `STEP` mm apart; the joints are smooth only between knots of the surface."""
-    longest = float(np.diff(path.sample(per_leg=1).length).max())
-    return max(FEWEST, math.ceil(longest / STEP))
-
-
-def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[RobotChoice, tuple[float, ...]]:
-    """Return branch and joints of the robot at every sample, and the placement (mm, rad)."""
-    poses = problem.tool_poses(samples)
-    if problem.heading == "feed_aligned":
-        _refuse_corners(problem, np.split(poses, _cuts(samples)))
-    place = problem.placement if problem.placement is not None else _centred(problem, poses)
-    return _chosen(problem, problem.robot, placed(poses, place)), place
-
-
-def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoice:
-    """Branch and redundant freedoms for the whole path."""
-    try:
-        return choose(robot, poses)
-    except ValueError as error:
-        raise ValueError(f"{_advice(problem)} ({error})") from None
-
-
-def _advice(problem: FinishingProblem) -> str:
-    """Advice where no posture of the robot reaches the whole path."""
-    azimuth = f"azimuth (now {problem.azimuth:.4g} rad)"
-    if not isinstance(problem.robot, Arm):
-        return f"the robot must reach the path: try another placement or {azimuth}"
-    if problem.path.frames()[:, 2, 2].mean() < 0:
-        return "surface must have its outward normals up; outward=-1 turns them"
-    if problem.heading == "feed_aligned":
-        return (
-            "without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading='fixed'"
-        )
-    return f"the arm must reach the path: try another {azimuth}, placement or wrist_radius"
-
-
-def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, float]:
-    """Placement of the surface (mm) that centres the travel of a table without limits."""
-    arm, raised = problem.robot, poses.copy()
-    if not isinstance(arm, Arm):
-        raise ValueError(
-            "placement must be given for a robot without a table: x, y, z (mm), and a turn about z (rad);"
-            " got None"
-        )
-    raised[:, 2, 3] += TABLE_HEIGHT
-    endless = arm.replace(
-        position_min=(*arm.position_min[:5], -ENDLESS, -ENDLESS),
-        position_max=(*arm.position_max[:5], ENDLESS, ENDLESS),
-    )
-    table = _chosen(problem, endless, raised).joints[:, 5:]
-    middle = (table.max(axis=0) + table.min(axis=0)) / 2
-    centre = (np.array(arm.position_max[5:]) + np.array(arm.position_min[5:])) / 2
-    return (*(middle - centre).tolist(), TABLE_HEIGHT)
-
-
-def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
-    """Raise where a tool turned into the feed would have to turn at a sharp corner, and the work with it."""
-    if len(runs) == 1:
-        return
-    arm = problem.robot
-    if not isinstance(arm, Arm):
-        raise ValueError(
-            "path must be without sharp corners where heading is 'feed_aligned', as the tool would turn there"
-            f" in contact; got {len(runs) - 1} of them; take path.blended() or a fixed heading"
-        )
-    jumps = corner_jumps(arm, runs, wrist_radius=arm.wrist_radii[0])
-    check_corners(arm, jumps)
-    k = int(np.argmax(np.abs(jumps.turn)))
-    raise ValueError(
-        f"path must be without sharp corners where heading is 'feed_aligned': at corner {k} q1 would turn by"
-        f" {jumps.turn[k]:.3g} rad and the table jump by {np.hypot(*jumps.table[k]):.4g} mm; take"
-        " path.blended() or a fixed heading"
-    )
-
-
-def _cuts(samples: PathSamples) -> Any:
-    """Indices of the starts of new runs."""
-    return np.flatnonzero(np.diff(samples.run)) + 1
-
-
-def runs_of(samples: PathSamples, joints: Floats) -> list[JointPath]:
-    """Return the smooth runs between sharp corners."""
-    cuts = _cuts(samples)
-    pieces = zip(np.split(samples.length, cuts), np.split(joints, cuts), strict=True)
-    return [JointPath(length, values) for length, values in pieces]

@@ -26,7 +26,7 @@ def _ur10() -> SerialRobot:
         rows,
         position_min=(-2 * math.pi,) * 6,
         position_max=(2 * math.pi,) * 6,
-        speed_max=_degrees(120, 120, 180, 180, 180, 180),  # source: data sheet of the UR10
+        speed_max=_degrees(120, 120, 180, 180, 180, 180),  # source: makers' ROS packages
         acceleration_max=(ACCELERATION,) * 6,
         jerk_max=(JERK,) * 6,
     )
@@ -65,7 +65,7 @@ _PRESETS: dict[str, tuple[Callable[[], Arm | SerialRobot], str, str, str]] = {
     "ur10": (
         _ur10,
         "Universal Robots UR10, six joints, reach 1300 mm, axes 2, 3, 4 parallel",
-        "published Denavit-Hartenberg rows, as in the Robotics Toolbox (mdl_ur10); speeds of the data sheet",
+        "published Denavit-Hartenberg rows, as in the Robotics Toolbox (mdl_ur10); speeds: ROS packages",
         f"each robot has its own calibration, and the manual of the CB3 prints other lengths; {_ASSUMED}",
     ),
     "irb2400": (

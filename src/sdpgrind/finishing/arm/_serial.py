@@ -1,6 +1,5 @@
 """A robot of joints in series, from its Denavit-Hartenberg rows or its URDF."""
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY
@@ -16,42 +15,21 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, array, custom, described
 from sdpgrind.finishing.arm import _links
 from sdpgrind.finishing.arm import _serial_kernels as kernels
-from sdpgrind.finishing.arm._closed_form import ClosedForm, Screws, closed_form, inverted
+from sdpgrind.finishing.arm._chain_checks import (
+    CROOKED,
+    UNITS,
+    check_links,
+    check_range,
+    check_rigid,
+    for_each,
+    numbers,
+    rigid,
+)
+from sdpgrind.finishing.arm._chain_form import form_of
+from sdpgrind.finishing.arm._closed_form import ClosedForm, inverted
 from sdpgrind.finishing.arm._inverse import checked_poses
-from sdpgrind.finishing.arm._robot import Redundancy, middle, numeric_jacobian
+from sdpgrind.finishing.arm._robot import Redundancy, middle
 from sdpgrind.finishing.arm._urdf import read_chain
-
-LEAST, MOST = 10.0, 1e5  # mm, chosen: reach of robots; outside it is in another unit
-TURNS = 4 * math.pi  # rad, chosen: limits of joints, two turns either way
-CROOKED = 1e-6  # chosen: error of a rotation, far above rounding and below what a user would accept
-_LIMITS = ("speed_max", "acceleration_max", "jerk_max")
-_UNITS = {"speed_max": "/s", "acceleration_max": "/s^2", "jerk_max": "/s^3"}
-
-
-def _numbers(name: str, value: npt.ArrayLike) -> tuple[float, ...]:
-    found = checks.finite_array(name, value, "rad, mm")
-    if found.ndim != 1:
-        raise ValueError(f"{name} must be one number for each joint (rad, mm); got {checks.shown(value)}")
-    return tuple(found.tolist())
-
-
-def _rigid(name: str, value: npt.ArrayLike) -> Floats:
-    """Check one rigid motion (4, 4), positions in mm."""
-    found = checks.finite_array(name, value, "mm")
-    if found.shape != (4, 4):
-        raise ValueError(f"{name} must be of shape (4, 4) (mm); got {found.shape}")
-    _check_rigid(name, found)
-    found = found.copy()
-    found.flags.writeable = False
-    return found
-
-
-def _check_rigid(name: str, pose: Floats) -> None:
-    off = float(np.abs(pose[:3, :3].T @ pose[:3, :3] - np.eye(3)).max())
-    mirrored, last = np.linalg.det(pose[:3, :3]) < 0, float(np.abs(pose[3] - [0.0, 0.0, 0.0, 1.0]).max())
-    if off > CROOKED or mirrored or last > CROOKED:
-        fault = "a mirror image" if mirrored else f"off by {max(off, last):.3g}"
-        raise ValueError(f"{name} must be a rigid motion, R^T R = 1 to {CROOKED:g}; got {fault}")
 
 
 @described("finishing.serial_robot", eq=False)
@@ -97,19 +75,19 @@ class SerialRobot(ByValue, Described):
     names: tuple[str, ...] = custom(lambda name, value: checks.unique(name, tuple(value)))
     links: Floats = array("mm")
     _: KW_ONLY
-    position_min: tuple[float, ...] = custom(_numbers, "rad, mm")
-    position_max: tuple[float, ...] = custom(_numbers, "rad, mm")
-    speed_max: tuple[float, ...] = custom(_numbers, "rad/s, mm/s")
-    acceleration_max: tuple[float, ...] = custom(_numbers, "rad/s^2, mm/s^2")
-    jerk_max: tuple[float, ...] | None = custom(_numbers, "rad/s^3, mm/s^3", default=None)
+    position_min: tuple[float, ...] = custom(numbers, "rad, mm")
+    position_max: tuple[float, ...] = custom(numbers, "rad, mm")
+    speed_max: tuple[float, ...] = custom(numbers, "rad/s, mm/s")
+    acceleration_max: tuple[float, ...] = custom(numbers, "rad/s^2, mm/s^2")
+    jerk_max: tuple[float, ...] | None = custom(numbers, "rad/s^3, mm/s^3", default=None)
     sliding: tuple[bool, ...] = custom(lambda name, value: tuple(map(bool, value)), default=())
-    tool: Floats = custom(_rigid, "mm", default_factory=lambda: np.eye(4))
+    tool: Floats = custom(rigid, "mm", default_factory=lambda: np.eye(4))
 
     def _check(self) -> None:
         if not self.sliding:
             object.__setattr__(self, "sliding", (False,) * len(self.names))
-        self._check_links()
-        for name in ("position_min", "position_max", *_LIMITS, "sliding"):
+        check_links(self.links, len(self.names))
+        for name in ("position_min", "position_max", *UNITS, "sliding"):
             value = getattr(self, name)
             if value is not None and len(value) != len(self.names):
                 raise ValueError(
@@ -117,35 +95,12 @@ class SerialRobot(ByValue, Described):
                 )
         self._check_limits()
 
-    def _check_links(self) -> None:
-        count = len(self.names)
-        if not count or self.links.shape != (count + 1, 4, 4):
-            raise ValueError(
-                f"links must be of shape ({count + 1}, 4, 4), one more than joints; got {self.links.shape}"
-            )
-        for k, link in enumerate(self.links):
-            _check_rigid(f"links[{k}]", link)
-        reach = float(np.linalg.norm(self.links[:, :3, 3], axis=1).sum())
-        if not LEAST <= reach <= MOST:
-            meant = "metres? units.m(...)" if reach < LEAST else "is a file in mm where metres are meant?"
-            raise ValueError(
-                f"links must be in mm, with a reach of some 1000 along the chain; {meant}; got {reach:.4g}"
-            )
-
     def _check_limits(self) -> None:
-        limits = zip(self.names, self.units, self.position_min, self.position_max, strict=True)
-        for joint, unit, low, high in limits:
-            for name, value in (("position_min", low), ("position_max", high)):
-                if unit == "rad" and abs(value) > TURNS * (1 + 1e-9):
-                    rule = "within two turns; units.deg(90) for degrees"
-                    raise checks.refuse(f"{name} of {joint}", rule, value, unit)
-            if low >= high:
-                raise ValueError(
-                    f"position_max of {joint} must be > position_min ({unit}); got {high!r} and {low!r}"
-                )
-        for name in _LIMITS:
+        for row in zip(self.names, self.units, self.position_min, self.position_max, strict=True):
+            check_range(*row)
+        for name, per in UNITS.items():
             for joint, unit, value in zip(self.names, self.units, getattr(self, name) or (), strict=False):
-                checks.positive(f"{name} of {joint}", value, unit + _UNITS[name])
+                checks.positive(f"{name} of {joint}", value, unit + per)
 
     @classmethod
     def from_dh(
@@ -256,8 +211,8 @@ class SerialRobot(ByValue, Described):
             position_min=chain.position_min,
             position_max=chain.position_max,
             speed_max=chain.speed_max,
-            acceleration_max=_for_each("acceleration_max", acceleration_max, chain.sliding),
-            jerk_max=None if jerk_max is None else _for_each("jerk_max", jerk_max, chain.sliding),
+            acceleration_max=for_each("acceleration_max", acceleration_max, chain.sliding),
+            jerk_max=None if jerk_max is None else for_each("jerk_max", jerk_max, chain.sliding),
             sliding=chain.sliding,
         )
 
@@ -348,37 +303,7 @@ class SerialRobot(ByValue, Described):
     @cached_property
     def _form(self) -> ClosedForm | str:
         """Closed form of the inverse, or the sentence that says why there is none."""
-        count = len(self.names)
-        if count != 6 or any(self.sliding):
-            return self._other_joints()
-        here, directions, points = self.links[0], [], []
-        for link in self.links[1:]:
-            directions.append(here[:3, 2])
-            points.append(here[:3, 3])
-            here = here @ link
-        found = closed_form(Screws(np.array(directions), np.array(points), here))
-        return found if isinstance(found, ClosedForm) else f"robot must have {found}"
-
-    def _other_joints(self) -> str:
-        """Sentence about joints that are not six that turn."""
-        count = len(self.names)
-        if count < 6:
-            return (
-                f"robot must have six joints for a pose; got {count}, whose Jacobian has rank {self._rank}:"
-                f" {6 - self._rank} of the six freedoms are missing"
-            )
-        slides = [name for name, slides in zip(self.names, self.sliding, strict=True) if slides]
-        got = f"{', '.join(slides)} that slides" if slides else f"{count} joints"
-        return f"robot must have six turning joints for an inverse in closed form; got {got}"
-
-    @property
-    def _rank(self) -> int:
-        """Rank of the Jacobian at joints that are not special."""
-        low, high = np.array(self.position_min), np.array(self.position_max)
-        share = np.modf(np.arange(1, len(low) + 1) * 0.6180339887)[0]  # golden ratio: spread, never equal
-        slopes = numeric_jacobian(self, low + (0.1 + 0.8 * share) * (high - low))
-        slopes[:3] /= max(1.0, float(np.abs(slopes[:3]).max()))
-        return int(np.linalg.matrix_rank(slopes, tol=1e-6))
+        return form_of(self)
 
     def _inverse(self) -> ClosedForm:
         if isinstance(self._form, str):
@@ -439,7 +364,7 @@ class SerialRobot(ByValue, Described):
         turn = given[:, :3, :3]
         off = np.abs(np.einsum("mji,mjk->mik", turn, turn) - np.eye(3)).max(axis=(1, 2), initial=0.0)
         for k in np.flatnonzero(off > CROOKED)[:1]:
-            _check_rigid(f"poses[{k}]", given[k])
+            check_rigid(f"poses[{k}]", given[k])
         flange = given if self._bare else np.ascontiguousarray(given @ inverted(self.tool))
         return form.solve(flange, middle(self))
 
@@ -464,14 +389,3 @@ class SerialRobot(ByValue, Described):
             Name -> array (...).
         """
         return self._inverse().singularities(self._checked(joints))
-
-
-def _for_each(name: str, value: float | Sequence[float], sliding: Sequence[bool]) -> tuple[float, ...]:
-    """One limit for each joint, of one for all or one each."""
-    if isinstance(value, Sequence | np.ndarray):
-        return tuple(value)
-    if any(sliding) and not all(sliding):
-        raise ValueError(
-            f"{name} must be one number for each joint where some turn and some slide; got {value!r}"
-        )
-    return (checks.number(name, value),) * len(sliding)

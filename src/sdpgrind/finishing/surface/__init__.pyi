@@ -1,4 +1,5 @@
 from ._derivatives import SurfaceDerivatives as SurfaceDerivatives
+from ._fit_quality import FitQuality as FitQuality
 from ._presets import cylinder_surface as cylinder_surface
 from ._presets import flat_surface as flat_surface
 from ._presets import nominal_surface as nominal_surface

@@ -26,12 +26,29 @@ def points(value: npt.ArrayLike) -> Floats:
 
 def degrees(value: Any, net: Floats) -> tuple[int, int]:
     """Return the two degrees, each below the number of its control points."""
-    pair = _pair("degree", value)
-    checked = (checks.count("degree[0]", pair[0]), checks.count("degree[1]", pair[1]))
-    for name, degree, n in zip(DIRECTIONS, checked, net.shape, strict=False):
-        if n <= degree:
-            raise checks.refuse(f"control points along {name}", f"at least degree + 1 = {degree + 1}", n)
+    checked = degree_pair(value)
+    _refuse_few(net.shape[:2], checked)
     return checked
+
+
+def degree_pair(value: Any) -> tuple[int, int]:
+    """Return two degrees, whole numbers >= 1."""
+    pair = _pair("degree", value)
+    return checks.count("degree[0]", pair[0]), checks.count("degree[1]", pair[1])
+
+
+def size(value: Any, degree: tuple[int, int]) -> tuple[int, int]:
+    """Return the numbers of control points along u and v, each above its degree."""
+    pair = _pair("net", value)
+    net = checks.count("net[0]", pair[0]), checks.count("net[1]", pair[1])
+    _refuse_few(net, degree)
+    return net
+
+
+def _refuse_few(net: tuple[int, ...], degree: tuple[int, int]) -> None:
+    for name, least, n in zip(DIRECTIONS, degree, net, strict=True):
+        if n <= least:
+            raise checks.refuse(f"control points along {name}", f"at least degree + 1 = {least + 1}", n)
 
 
 def knot_vectors(value: Any, degree: tuple[int, int], net: Floats) -> tuple[Floats, Floats]:

@@ -14,13 +14,72 @@ from sdpgrind.finishing.surface import _area as area
 from sdpgrind.finishing.surface import _control_net as control_net
 from sdpgrind.finishing.surface import _degenerate as degenerate
 from sdpgrind.finishing.surface import _evaluation as evaluation
+from sdpgrind.finishing.surface import _fitting as fitting
 from sdpgrind.finishing.surface import _forms as forms
+from sdpgrind.finishing.surface._class_verb import ClassVerb, leave
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
+from sdpgrind.finishing.surface._fit_quality import FitQuality
 
 Pair = tuple[int, int]
 SLACK = 1e-12  # of the domain, chosen: rounding of a parameter beyond its ends
 NOT_GIVEN: Any = ()
 KnotPair = tuple[npt.ArrayLike, npt.ArrayLike]
+
+
+def _fit(
+    cls: type["Surface"],
+    points: npt.ArrayLike,
+    net: Pair | None = None,
+    degree: Pair = (3, 3),
+    tolerance: float = 0.01,
+    side: npt.ArrayLike | None = None,
+    *,
+    empty_max: float = fitting.EMPTY,
+) -> "Surface":
+    """Return a B-spline surface through scattered points; of the surface, ``fit`` is its `FitQuality`.
+
+    The surface is a sheet over the plane of the points: over the least rectangle there that holds them. The
+    net is that of least squares, with the feet of the points sought anew after each solution; a bending term
+    of 1e-6 decides where no points lie. Surfaces made from it by `replace` or `moved` have no ``fit``.
+
+    Parameters
+    ----------
+    points : array (m, 3)
+        On the surface, mm, in any order.
+    net : (int, int), optional
+        Control points along the longer side of the rectangle (u) and across (v), whole numbers. Default: as
+        few as `tolerance` needs, but no more than help: where a net half as large again brings the points
+        less than 10 % nearer, what is left is noise.
+    degree : (int, int)
+        Degrees along u and v, whole numbers >= 1.
+    tolerance : float
+        Distance that 99 % of the points are to keep, mm.
+    side : array (3,), optional
+        Direction towards the tool (dimensionless). Default: upwards, along z.
+    empty_max : float
+        Greatest share of the rectangle that may lie farther than two knot spans from any point
+        (dimensionless).
+
+    Raises
+    ------
+    ValueError
+        When points are NaN, fewer than control points, on a line, or not a sheet: a wall of more than 80 deg;
+        or when too much of the rectangle is empty.
+
+    Examples
+    --------
+    >>> at = np.linspace(-20.0, 20.0, 41)  # mm
+    >>> x, y = np.meshgrid(at, at)
+    >>> scan = np.stack([x, y, 0.01 * x * y + np.cos(x / 10.0)], axis=-1).reshape(-1, 3)
+    >>> surface = Surface.fit(scan, tolerance=0.001)
+    >>> surface
+    Surface(B-spline, 9 x 9 control points over 40 x 40 x 8 mm, degree (3, 3))
+    >>> surface.fit.most < 0.001 and surface.fit.rms < 0.0005  # mm
+    True
+    """
+    found = fitting.fitted(points, net, degree, tolerance, side, empty_max)
+    made = cls(found.control_points, control_net.degree_pair(degree), found.knots)
+    return leave(made, "fit", found.quality)
 
 
 @described("finishing.surface", eq=False)
@@ -142,6 +201,8 @@ class Surface(Described):
     def _made(cls, control_points: Any, weights: Any, degree: Pair, knots: Any, outward: int) -> Self:
         """Return the surface of unchecked values."""
         return cls(control_points, degree, knots, weights, outward)
+
+    fit = ClassVerb(_fit, FitQuality, "this surface was not fitted; Surface.fit(points) returns one that is")
 
     def __eq__(self, other: object) -> bool:
         return self._key == other._key if isinstance(other, Surface) else NotImplemented

@@ -1,6 +1,7 @@
 from ._joint_path import JointPath as JointPath
 from ._laws import time_laws as time_laws
 from ._limits import JointLimits as JointLimits
+from ._lower_bound import lower_bound as lower_bound
 from ._table_loop import SampledTable as SampledTable
 from ._table_loop import TableLoop as TableLoop
 from ._time_law import TimeLaw as TimeLaw

@@ -8,7 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.progress import ProgressOption, quiet
 from sdpgrind.finishing.timing._jerk_limited import jerk_limited_law
 from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits, LawError, LimitedRun
+from sdpgrind.finishing.timing._limits import JointLimits, LawError, LimitedRun, check_runs
 from sdpgrind.finishing.timing._min_time import fastest_law
 from sdpgrind.finishing.timing._time_law import TimeLaw
 from sdpgrind.finishing.timing._toppra_law import ToppraError, toppra_law
@@ -79,13 +79,7 @@ def time_laws(
         )
     feed = checks.positive("feed_rate", feed_rate, "mm/s")
     along = checks.positive("acceleration", acceleration, "mm/s^2") if acceleration is not None else None
-    for k, run in enumerate(runs):
-        if run.joints.shape[1] != len(limits.names):
-            raise checks.refuse(
-                f"runs[{k}]",
-                f"of the {len(limits.names)} joints {', '.join(limits.names)}",
-                run.joints.shape[1],
-            )
+    check_runs(runs, limits)
     out = []
     for k, run in enumerate(runs):
         out.append(_named(k, run, limits, feed, along, method))

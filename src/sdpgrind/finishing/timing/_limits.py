@@ -70,6 +70,17 @@ class LimitedRun(NamedTuple):
     acceleration: float | None = None  # None: no limit
 
 
+def check_runs(runs: Sequence[JointPath], limits: JointLimits) -> None:
+    """Refuse runs of other joints than those with limits."""
+    for k, run in enumerate(runs):
+        if run.joints.shape[1] != len(limits.names):
+            raise checks.refuse(
+                f"runs[{k}]",
+                f"of the {len(limits.names)} joints {', '.join(limits.names)}",
+                run.joints.shape[1],
+            )
+
+
 def _each(name: str, value: Sequence[float], count: int, unit: str) -> tuple[float, ...]:
     """Check one limit > 0 for each joint."""
     if np.ndim(value) != 1 or len(value) != count:

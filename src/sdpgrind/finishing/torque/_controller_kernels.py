@@ -28,6 +28,18 @@ def controller_step(law, state, motor_angle, path_time, time, torque, true_torqu
 
 
 @compiled(error_model="numpy")
+def command_step(law, state, motor_angle, path_time, time, torque):
+    """Return all that a controller commands in a sample: current (A), feed override, start of the motion.
+
+    Arguments are those of `controller_step`. Override and start are 0 or 1; the motion starts with the first
+    sample, and waits there until the override is 1.
+    """
+    known, s = law.view(at.LAW)[0], state.view(at.CONTROLLER)[0]
+    current = _controller_step(known, s, motor_angle, path_time, time, torque, 0.0, 0.0)
+    return current, _feed_override(known, s), 1.0 if s.count == 1.0 else 0.0
+
+
+@compiled(error_model="numpy")
 def _controller_step(law, s, motor_angle, path_time, time, torque, true_torque, true_speed):
     """`controller_step` on records; loops view law and state once and call this."""
     return _sample(law, s, motor_angle, _torque_at(time, torque, path_time, s), true_torque, true_speed)

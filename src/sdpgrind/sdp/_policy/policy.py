@@ -26,7 +26,10 @@ from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.kinks import Kinks
 from sdpgrind.sdp._solve.stages import TABLES, StageTable
 
-_NUMBERS = (float, int)
+_NUMBERS = (float, int)  # types of a single coordinate
+# measured: over the estimate the error by the levels was at most 3.0 in 220 random problems of shifts with 6
+# to 50 levels, below 2.5 in 217 of them, below 1 in 152; of sampled moves it is 0.2 to 0.6
+SEARCH_COVERS = 2.5
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,16 @@ class Policy(Solution, Plan):
         grid, modes = Grid.of(problem), len(problem.modes)
         table = StageTable.empty(0, problem.stages.count + 1, modes, grid.size)
         return cls(problem, Layout.of(problem, grid, has_base=False), table, None)
+
+    @property
+    def search_error(self) -> float:
+        """Error of the value-to-go ($) by the search between levels of a control; the true one is below in 95
+        of 100 problems and more. 0: nothing is searched.
+
+        It is that of this grid of levels alone, 2.5 times the estimate by which `plan` refines; `error` holds
+        the estimate beside the error of the grid, whose estimate is wide.
+        """
+        return SEARCH_COVERS * self.table.search_error
 
     # -- looking up --------------------------------------------------------------------------------
 

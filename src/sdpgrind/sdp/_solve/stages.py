@@ -49,7 +49,7 @@ class StageTable:
     control: Floats
     entry: npt.NDArray[np.int32]
     gap: Floats
-    search_error: float = 0.0  # of the search between levels, $
+    search_error: float = 0.0  # of the search between levels, estimated, no bound, $
     changes: Changes | None = None  # on one axis
     base: "StageTable | None" = None
 

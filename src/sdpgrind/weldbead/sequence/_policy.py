@@ -25,7 +25,7 @@ from sdpgrind.weldbead.sequence._exact import ExactTable
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
-from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk_of
+from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk_of, warn_if_unsure
 from sdpgrind.weldbead.sequence._sheet import first_passes
 from sdpgrind.weldbead.sequence._sheet_file import ending_of
 from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
@@ -57,6 +57,7 @@ class SequencePolicy(Plan):
     def __init__(self, problem: SequenceProblem, table: sdp.Policy, method: str = "cautious") -> None:
         self.problem, self.table, self.method = problem, table, method
         self._promises: dict[Asked, Risk] = {}
+        self._last_risk: tuple[str, Risk] | None = None  # what was asked: text and page of a run ask alike
         self._durations = [move.duration * problem.stage for move in table.layout.moves]
         self._feeds = [problem.feed_rate(each) for each in self._durations]
 
@@ -293,7 +294,12 @@ class SequencePolicy(Plan):
         """
         within = checks.nonnegative("finished_within", finished_within, "mm")
         if self.problem.bead_scatter is None:
-            return risk_of(self.table, self._state(height, time_left, last_duration), confidence, within)
+            asked = repr((height, time_left, last_duration, confidence, within))
+            if self._last_risk is None or self._last_risk[0] != asked:
+                begun = self._state(height, time_left, last_duration)
+                self._last_risk = asked, risk_of(self.table, begun, confidence, within)
+            warn_if_unsure(self._last_risk[1])
+            return self._last_risk[1]
         checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
         if last_duration is not None:
             raise checks.refuse("last_duration", "None where beads differ", last_duration, "s")

@@ -1,6 +1,6 @@
 """What is exported of a planned sequence: its look-up, the table, states that reach every cell."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -9,15 +9,12 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe
 from sdpgrind.weldbead.sequence._look_up_kernels import next_pass_at
 
-if TYPE_CHECKING:
-    from sdpgrind.weldbead.sequence._policy import SequencePolicy
-
 _OUTPUTS = {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "gap": "$"}
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 
 
-def recipe_of(policy: "SequencePolicy", durations: list[float], feeds: list[float]) -> Recipe:
-    """Return what is exported of a policy, in mm, s, N and $."""
+def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe:
+    """Return what is exported of a `SequencePolicy`, in mm, s, N and $."""
     single, problem = policy.table.single, policy.problem
     if single is None or problem.finish_charge is not None or policy.table.bent.any():
         raise checks.refuse(
@@ -54,7 +51,7 @@ def _command(status: int, found: dict[str, float]) -> dict[str, Any]:
 class _States:
     """States of the table: nodes, cells in which the action changes, between nodes, outside."""
 
-    def __init__(self, policy: "SequencePolicy", at: Any) -> None:
+    def __init__(self, policy: Any, at: Any) -> None:
         self._heights, self._times = policy.states()
         self._lowest = -policy.table.countdown.first * policy.problem.stage
         self._at = at[:, 0, :]
