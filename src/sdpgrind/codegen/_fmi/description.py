@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from sdpgrind.codegen._fmi.base_units import base_unit
-from sdpgrind.codegen._fmi.variables import Variable, variables_of
+from sdpgrind.codegen._fmi.variables import UnitVariable, variables_of
 from sdpgrind.codegen._recipe import Recipe
 
 _SAMPLES = 500  # chosen: steps of the default experiment; some masters lengthen steps beyond 1000
@@ -72,7 +72,7 @@ def _kind(root: Element, recipe: Recipe, name: str, sources: Sequence[str]) -> N
         SubElement(files, "File", name=one)
 
 
-def _units(root: Element, variables: Sequence[Variable]) -> None:
+def _units(root: Element, variables: Sequence[UnitVariable]) -> None:
     units = sorted({one.unit for one in variables} - {"", "1"})
     parent = SubElement(root, "UnitDefinitions") if units else root
     for unit in units:
@@ -88,7 +88,7 @@ def _statuses(parent: Element, recipe: Recipe, name: str) -> None:
         SubElement(listed, "Item", name=told, value=str(k))
 
 
-def _variable(parent: Element, one: Variable, name: str) -> None:
+def _variable(parent: Element, one: UnitVariable, name: str) -> None:
     about = {"name": one.name, "valueReference": str(one.reference), "description": one.description}
     state = {"causality": one.causality, "variability": "discrete"}
     state |= {"initial": "calculated"} if one.causality == "output" else {}
@@ -101,7 +101,7 @@ def _variable(parent: Element, one: Variable, name: str) -> None:
         told.set("unit", one.unit)
 
 
-def _structure(parent: Element, variables: Sequence[Variable]) -> None:
+def _structure(parent: Element, variables: Sequence[UnitVariable]) -> None:
     """Outputs depend on all inputs of a step; at the start on none."""
     outputs = [str(k) for k, one in enumerate(variables, 1) if one.causality == "output"]
     listed = SubElement(parent, "Outputs")

@@ -11,7 +11,7 @@ _FLAG = "_valid"
 
 
 @dataclass(frozen=True)
-class Variable:
+class UnitVariable:
     """Variable of an FMU.
 
     Parameters
@@ -28,7 +28,7 @@ class Variable:
     unit: str = ""
 
 
-def variables_of(recipe: Recipe) -> list[Variable]:
+def variables_of(recipe: Recipe) -> list[UnitVariable]:
     """Return the variables of a recipe; refuse names that occur twice."""
     found = [*_inputs(recipe), *_outputs(recipe)]
     checks.unique(
@@ -37,23 +37,23 @@ def variables_of(recipe: Recipe) -> list[Variable]:
     return found
 
 
-def _inputs(recipe: Recipe) -> Iterator[Variable]:
+def _inputs(recipe: Recipe) -> Iterator[UnitVariable]:
     for k, (name, unit) in enumerate(recipe.inputs.items()):
         missing = name in recipe.missing
         told = f"{words(name)}; no reading where {name}{_FLAG} is false" if missing else words(name)
-        yield Variable(name, "Real", "input", k, told, unit)
+        yield UnitVariable(name, "Real", "input", k, told, unit)
         if missing:
             told = f"whether {name} is a reading"
-            yield Variable(f"{name}{_FLAG}", "Boolean", "input", first_flag(recipe) + k, told)
+            yield UnitVariable(f"{name}{_FLAG}", "Boolean", "input", first_flag(recipe) + k, told)
 
 
-def _outputs(recipe: Recipe) -> Iterator[Variable]:
+def _outputs(recipe: Recipe) -> Iterator[UnitVariable]:
     for k, (name, unit) in enumerate(recipe.outputs.items()):
-        yield Variable(
+        yield UnitVariable(
             name, "Real", "output", len(recipe.inputs) + k, f"{words(name)}; 0 before the first step", unit
         )
     told = "result of the last step; 0 before the first"
-    yield Variable(STATUS, "Enumeration", "output", status_reference(recipe), told)
+    yield UnitVariable(STATUS, "Enumeration", "output", status_reference(recipe), told)
 
 
 def first_flag(recipe: Recipe) -> int:
