@@ -79,7 +79,8 @@ class _Readings:
         angle = rng.normal(0.0, 1.0) + self.deflection * (1.0 + size * swing)
         angle[rng.random(length) < 0.05] = np.nan
         if not self.moves:
-            return angle[:, None]
+            alone: Floats = angle[:, None]
+            return alone
         end = float(self.law.time[-1])
         played = np.cumsum(rng.choice([0.0, 1.0, 8.0], length)) * 1.3 * end / (3.0 * length)
         played[rng.random(length) < 0.05] = np.nan
