@@ -198,6 +198,12 @@ def test_calls_out_of_order_and_strange_references_are_refused(unit):
         with pytest.raises(FMICallException):
             call()
         refused(one, words)
+    held = slave.getFMUstate()
+    foreign = b"0" * 16 + slave.serializeFMUstate(held)[16:]  # of another plan, as long
+    slave.freeFMUstate(held)
+    with pytest.raises(FMICallException):
+        slave.deSerializeFMUstate(foreign)
+    refused(one, "a state of this FMU, fingerprint " + one.recipe.fingerprint)
     slave.terminate()
     with pytest.raises(FMICallException):
         one.advance()
