@@ -354,7 +354,7 @@ AT_MOST = {
     "sdpgrind.weldbead": 25,
     "sdpgrind.plunge": 25,
     "sdpgrind.locus": 26,
-    "sdpgrind.finishing": 34,  # five of them for robots, three for programs, one for scans
+    "sdpgrind.finishing": 36,  # five of them for robots, three for programs, three for parts and scans
     "centering": 35,
 }
 

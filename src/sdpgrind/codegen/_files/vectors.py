@@ -25,7 +25,7 @@ class Answers:
 
 
 @dataclass
-class Reference:
+class LibrarySteps:
     """The library's step over rows of inputs."""
 
     recipe: Recipe
@@ -115,9 +115,9 @@ class Vectors:
 def vectors_of(recipe: Recipe) -> Vectors:
     """Return the vectors of a recipe, the same at every export."""
     rows, resets = rows_of(recipe, np.random.default_rng(0), ROWS)
-    answers = Reference(recipe).take(rows, resets)
+    answers = LibrarySteps(recipe).take(rows, resets)
     digest = _digest(answers)
-    varied, reference = Varied(recipe, rows, resets), Reference(recipe)
+    varied, reference = Varied(recipe, rows, resets), LibrarySteps(recipe)
     digests = tuple(_digest(reference.take(*varied.take(STEPS))) for _ in range(BLOCKS))
     return Vectors(rows, resets, answers, digest, digests)
 

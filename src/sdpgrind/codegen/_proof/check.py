@@ -11,7 +11,7 @@ import numpy as np
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._files import vector_kernels
-from sdpgrind.codegen._files.vectors import ROWS, Answers, Reference, Varied, rows_of
+from sdpgrind.codegen._files.vectors import ROWS, Answers, LibrarySteps, Varied, rows_of
 from sdpgrind.codegen._proof import compilers
 from sdpgrind.codegen._proof.library import Library
 from sdpgrind.codegen._recipe import Recipe
@@ -118,7 +118,7 @@ def _expected(recipe: Recipe, states: int, rng: Seed) -> Iterator[tuple[int, tup
     if not states:
         return
     rows, resets = rows_of(recipe, np.random.default_rng(rng), 4 * ROWS)
-    varied, reference = Varied(recipe, rows, resets), Reference(recipe)
+    varied, reference = Varied(recipe, rows, resets), LibrarySteps(recipe)
     for begin in range(0, states, _CHUNK):
         given = varied.take(min(_CHUNK, states - begin))
         yield begin, given, reference.take(*given)

@@ -46,7 +46,7 @@ RESERVED = frozenset(_WORDS.split())
 
 
 @dataclass(frozen=True)
-class Line:
+class CLine:
     """A line of C; `target`: the variable that it sets; `call`: what must stay where nobody reads that."""
 
     text: str
@@ -77,7 +77,7 @@ class Body(ABC):
 
     def begin(self) -> None:
         """Forget the lines, not the types: another pass over the kernel."""
-        self.lines: list[Line] = []
+        self.lines: list[CLine] = []
         self.depth, self.temporaries, self.changed = 1, 0, False
         self.declared: set[str] = set()
         self.on_top: dict[str, Type] = {}
@@ -96,7 +96,7 @@ class Body(ABC):
 
     def emit(self, text: str, target: str = "", call: str = "") -> None:
         """Append a line."""
-        self.lines.append(Line(text, self.depth, target, call))
+        self.lines.append(CLine(text, self.depth, target, call))
 
     @contextmanager
     def block(self, opening: str, closing: str = "}") -> Iterator[None]:
@@ -108,10 +108,10 @@ class Body(ABC):
         self.emit(closing)
 
     @contextmanager
-    def apart(self) -> Iterator[list[Line]]:
+    def apart(self) -> Iterator[list[CLine]]:
         """Collect lines apart, one level deeper."""
         before, self.lines = self.lines, []
-        collected: list[Line] = []
+        collected: list[CLine] = []
         self.depth += 1
         yield collected
         self.depth -= 1
@@ -232,7 +232,7 @@ class Body(ABC):
         return found
 
     def chosen(
-        self, test: Value, kind: Type, branches: list[tuple[list[Line], Value]], node: ast.AST
+        self, test: Value, kind: Type, branches: list[tuple[list[CLine], Value]], node: ast.AST
     ) -> Value:
         """Return one of two values of which one must not be evaluated."""
         name = self.fresh()
@@ -297,9 +297,9 @@ def moved(value: Value, at: int, terms: tuple[str, ...] = (), note: str = "") ->
 _SET = re.compile(r"const \S.*?\b(t\d+) = (.+);")
 
 
-def merged(lines: list[Line]) -> list[Line]:
+def merged(lines: list[CLine]) -> list[CLine]:
     """Put a call whose temporary the next line alone takes into that line."""
-    found: list[Line] = []
+    found: list[CLine] = []
     uses = Counter(re.findall(r"\bt\d+\b", " ".join(line.text for line in lines)))
     for line in lines:
         before = _SET.fullmatch(found[-1].text) if found and found[-1].call else None
@@ -312,7 +312,7 @@ def merged(lines: list[Line]) -> list[Line]:
     return found
 
 
-def without_unused(lines: list[Line]) -> list[Line]:
+def without_unused(lines: list[CLine]) -> list[CLine]:
     """Drop lines that set variables which nothing reads; calls stay."""
     while True:
         words = [set(re.findall(r"[A-Za-z_]\w*", line.text)) for line in lines]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import Kernel
-from sdpgrind.codegen._translate.body import Line, merged, without_unused
+from sdpgrind.codegen._translate.body import CLine, merged, without_unused
 from sdpgrind.codegen._translate.refusals import KernelSource, check_options
 from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_in_order
 from sdpgrind.codegen._translate.statements import Statements
@@ -219,7 +219,7 @@ class CProgram:
         return "\n".join(["typedef struct {", *fields, f"}} {name};"])
 
 
-def shown(line: Line) -> str:
+def shown(line: CLine) -> str:
     """Return the text of a line, indented."""
     return "    " * line.depth + line.text
 

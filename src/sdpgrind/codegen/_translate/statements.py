@@ -4,7 +4,7 @@ import ast
 import re
 from dataclasses import replace
 
-from sdpgrind.codegen._translate.body import Line, Variable
+from sdpgrind.codegen._translate.body import CLine, Variable
 from sdpgrind.codegen._translate.expressions import Expressions
 from sdpgrind.codegen._translate.types import (
     INT64,
@@ -355,14 +355,14 @@ class Statements(Expressions):
         super().begin()
         self.declared = {one.arg for one in self.source.tree.args.args}
 
-    def tops(self) -> list[Line]:
+    def tops(self) -> list[CLine]:
         """Return declarations of variables that are first set within a block."""
         found = []
         for name, kind in self.on_top.items():
             text = self.declaration(self.name(name), kind, self.variables[name].root)
             zero = {"bool": "false", "double": "0.0"}.get(kind.c, "0") if isinstance(kind, Scalar) else ""
             start = f" = {zero}" if zero else " = NULL" if isinstance(kind, Array | RowType) else ""
-            found.append(Line(f"{text}{start};", 1, self.name(name)))
+            found.append(CLine(f"{text}{start};", 1, self.name(name)))
         return found
 
     def signature(self, name: str, kinds: tuple[Type, ...], result: Type, faults: bool) -> str:
@@ -375,7 +375,7 @@ class Statements(Expressions):
         spelled = self.program.spelled(result)
         return f"static {spelled}{'' if spelled.endswith('*') else ' '}{name}({', '.join(parts) or 'void'})"
 
-    def unused(self, lines: list[Line]) -> list[str]:
+    def unused(self, lines: list[CLine]) -> list[str]:
         """Return lines that say which parameters are not used."""
         words = set(re.findall(r"[A-Za-z_]\w*", " ".join(line.text for line in lines)))
         return [
