@@ -162,6 +162,7 @@ def test_a_missing_reading_is_told_by_its_flag(unit):
     assert (flagged.outputs() == by_value.outputs()).all() and flagged.outputs()[-1] == 1.0
     assert plain.outputs()[-1] == 0.0 and plain.outputs()[0] > flagged.outputs()[0]
     assert flagged.slave.getBoolean([reference["pull_valid"]]) == [False]
+    assert flagged.slave.getReal([reference["pull"], reference["weight"]]) == [50.0, 1.0]
 
 
 @pytest.mark.parametrize("wrong", [-1.0, 11.0, np.nan, np.inf])
