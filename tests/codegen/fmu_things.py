@@ -6,7 +6,7 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
-from codegen_inside import LocusTable, Reference
+from codegen_inside import LibrarySteps, LocusTable
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
@@ -170,5 +170,5 @@ def rows(name, seed=0):
 def answers(name, seed=0):
     """Outputs with status, and states, of the library."""
     given = rows(name, seed)
-    found = Reference(exported(name).recipe).take(given, np.zeros(len(given), dtype=bool))
+    found = LibrarySteps(exported(name).recipe).take(given, np.zeros(len(given), dtype=bool))
     return np.column_stack([found.outputs, found.codes]), found.states
