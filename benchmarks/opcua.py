@@ -1,12 +1,13 @@
 """Machines behind OPC UA: what a step costs, how fast a machine is made safe, what survives a kill.
 
-    python benchmarks/opcua.py [lists] [rate] [safe] [kills] [shadow] [--trials 10]
+    python benchmarks/opcua.py [lists] [rate] [safe] [gate] [kills] [shadow] [--trials 10]
 
 The server runs in a process of its own. Bars: a step of two lists (8 + 4 values) at least 4 times as fast as one
 value after the other, 3 times encrypted; a step in lockstep at most half of the two lists; 20 Hz encrypted: 99 %
 of steps within 25 ms, none missed; the safe command within deadline + 30 ms (exception, NaN, step asleep or
-looping), within timeout + 50 ms by the machine (interpreter held, process killed, link cut), in 95 %; no command
-that moves the machine after a safe one; killed servers lose and double no finished part; a shadow writes nothing.
+looping), within timeout + 50 ms by the machine (interpreter held, process killed, link cut), in 95 %, with the
+gate the first two within deadline + 30 ms; no command that moves the machine after a safe one; killed servers lose and
+double no finished part; a shadow writes nothing.
 """
 
 import argparse
@@ -250,10 +251,10 @@ def delay(lines):
     return (told[safe][0] - told[safe - 1][0]) / 1e6, after
 
 
-def trial(server, plant, odd):
+def trial(server, plant, odd, gate=False):
     seen = len(server.lines)
     with contextlib.suppress(hwsim.Aborted):
-        hwsim.run(plant, opcua_fakes.Drive(odd), live=opcua_fakes.live(deadline=DEADLINE))
+        hwsim.run(plant, opcua_fakes.Drive(odd), live=opcua_fakes.live(deadline=DEADLINE, gate=gate))
     until = time.monotonic() + 3
     while delay(server.lines[seen:])[0] != delay(server.lines[seen:])[0] and time.monotonic() < until:
         time.sleep(0.01)
@@ -284,13 +285,30 @@ def safe(trials):
             plant.close()
             cable.close()
         told("link cut", found, True)
-        found = []
-        for _ in range(max(1, trials // 4)):
-            seen = len(server.lines)
-            subprocess.run([sys.executable, __file__, "--die", server.url], check=False)
-            time.sleep(TIMEOUT + 0.3)
-            found.append(delay(server.lines[seen:]))
-        told("process killed", found, True)
+        told("process killed", [killed(server) for _ in range(max(1, trials // 4))], True)
+
+
+def killed(server, *gate):
+    """The process of a runner is killed."""
+    seen = len(server.lines)
+    subprocess.run([sys.executable, __file__, "--die", server.url, *gate], check=False)
+    time.sleep(TIMEOUT + 0.3)
+    return delay(server.lines[seen:])
+
+
+def gate(trials):
+    """The same with the gate: what the link's thread answers, and what only the machine did."""
+    causes = {
+        "step asleep": lambda: time.sleep(0.4) or {"velocity": 9.0},
+        "step looping": lambda: loop(0.4) or {"velocity": 9.0},
+        "interpreter held": lambda: held(0.9),
+    }
+    with Server("axis") as server:
+        plant = plant_of(server)
+        for name, odd in causes.items():
+            told(f"{name}, gate", [trial(server, plant, odd, gate=True) for _ in range(trials)], False)
+        plant.close()
+        told("process killed, gate", [killed(server, "--gate") for _ in range(max(1, trials // 2))], False)
 
 
 def told(name, found, by_machine):
@@ -301,11 +319,11 @@ def told(name, found, by_machine):
           f"moving commands after it: {sum(after)}")  # fmt: skip
 
 
-def dying(url):
+def dying(url, gate):
     """In a process: run a part and be killed within it."""
     plant = hwsim.OpcuaPlant(url, security="none")
     odd = opcua_fakes.Drive(lambda: os.kill(os.getpid(), signal.SIGKILL))
-    hwsim.run(plant, odd, live=opcua_fakes.live(deadline=DEADLINE))
+    hwsim.run(plant, odd, live=opcua_fakes.live(deadline=DEADLINE, gate=gate))
 
 
 def kills(parts, number):
@@ -355,17 +373,18 @@ def shadow():
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("what", nargs="*", default=["lists", "rate", "safe", "kills", "shadow"])
+    parser.add_argument("what", nargs="*", default=["lists", "rate", "safe", "gate", "kills", "shadow"])
     parser.add_argument("--trials", type=int, default=10)
     parser.add_argument("--steps", type=int, default=1200)
     parser.add_argument("--serve", nargs=4)
     parser.add_argument("--die")
+    parser.add_argument("--gate", action="store_true")
     given = parser.parse_args()
     if given.serve:
         name, url, speed, keys = given.serve
         serving(name, url, float(speed), keys)
     elif given.die:
-        dying(given.die)
+        dying(given.die, given.gate)
     else:
         run(given)
 
@@ -382,6 +401,8 @@ def run(given):
         rate(keys, given.steps)
     if "safe" in given.what:
         safe(given.trials)
+    if "gate" in given.what:
+        gate(given.trials)
     if "kills" in given.what:
         kills(2 * given.trials, given.trials)
     if "shadow" in given.what:

@@ -1,11 +1,14 @@
 """A link that is cut, a clock that jumps, a loss of power; in simulated time, against the clock, and served."""
 
+import asyncio
 import time
+from datetime import UTC, datetime
 from math import isnan
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from asyncua import Client, ua
 from faults_fakes import Counter, Counting, Steady
 from opcua_fakes import Axis, Drive, live, served
 
@@ -13,6 +16,7 @@ import hwsim
 from hwsim import faults
 from hwsim._live.wall import take_safe
 from hwsim.opcua._course import PacedPart
+from hwsim.opcua._space import URI
 
 COUNTER = Counter()
 MS = 1_000_000
@@ -238,3 +242,32 @@ def test_power_that_is_lost_is_lost_for_the_client_too():
         with pytest.raises(hwsim.Aborted, match=r"the link to opc\.tcp://.* was cut"):
             hwsim.run(plant, Drive(), live=live())
         assert server.state["aborted"] == "power loss" and server.state["parts"] == 0
+
+
+async def stamps(url, paths):
+    """Source time stamps of nodes of a served axis, and the time of its part."""
+    async with Client(url) as client:
+        space = await client.get_namespace_index(URI)
+        nodes = [client.get_node(ua.NodeId(f"Axis.{path}", space)) for path in paths]
+        told = [await node.read_data_value() for node in nodes]
+        return [each.SourceTimestamp for each in told], told[-1].Value.Value
+
+
+def test_a_clock_that_jumps_shifts_the_time_stamps_of_the_server():
+    """By a day, which no busy computer is late."""
+
+    class Asking(Drive):
+        def step(self, **measured):
+            if self.steps == 20:
+                seen.append(
+                    asyncio.run(stamps(server.url, ("Monitoring.place", "Part.sequence", "Part.time")))
+                )
+            return super().step(**measured)
+
+    seen = []
+    with served(faults.ClockJump(Axis(length=60.0), at=0.1, by=-86400.0)) as server:
+        plant = hwsim.OpcuaPlant(server.url, security="none")
+        hwsim.run(plant, Asking(lambda: {"stop": 1.0}, at=25), live=live(deadline=5.0))
+    (told, part_time) = seen[-1]
+    late = [(datetime.now(UTC) - each.replace(tzinfo=UTC)).total_seconds() for each in told]
+    assert all(86000 < each < 87000 for each in late) and -86400 < part_time < -86300

@@ -364,3 +364,14 @@ def test_another_computer_is_refused(host):
         ValueError, match=rf"host must be a loopback address, such as 127\.0\.0\.1 \({advice}\); got"
     ):
         TcpListener(host=host)
+
+
+def test_a_flood_that_closes_the_link_is_not_freed_within_the_call():
+    """One call of 100 000 messages took 11 ms, 7 of them for freeing what will never be read."""
+    peer = Peer()
+    for _ in range(10_000):
+        peer.forge()
+    lane = peer.near._incoming
+    assert peer.heard().closed and peer.far.closed
+    assert len(lane.under_way) == 10_000 - 4500  # what one call may take; the others stay where they are
+    assert peer.near.receive() == [] and len(lane.under_way) == 10_000 - 4500

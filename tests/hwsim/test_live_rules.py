@@ -126,3 +126,15 @@ def test_nothing_follows_the_safe_command(acts):
     assert written.count(SAFE) <= 1
     assert SAFE not in written[:-1]
     assert (rule.trip is not None) == (SAFE in written)
+
+
+def test_commands_are_counted_and_no_heartbeat_follows_what_the_machine_did_itself():
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    for number in range(3):
+        assert rule.handed == number
+        rule.hand({"rate": 1.0}, number * MS)
+    assert rule.alive(3 * MS) and rule.by == "link"
+    rule.told("the machine made itself safe", "machine", 3 * MS)
+    rule.told("another reason", "gate", 9 * MS)
+    assert not rule.alive(3 * MS) and rule.poll(3 * MS) == {}
+    assert rule.trip == ("the machine made itself safe", "machine", pytest.approx(0.001))

@@ -106,12 +106,13 @@ def table(tmp_path, text=TABLE):
     return path
 
 
-def test_a_foreign_machine_runs_in_the_units_of_the_library(plc, tmp_path):
+@pytest.mark.parametrize("gate", [False, True])
+def test_a_foreign_machine_runs_in_the_units_of_the_library(plc, tmp_path, gate):
     plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path), security="none")
     assert dict(plant.measures) == {"place": "mm"} and dict(plant.accepts) == {"velocity": "mm/s"}
     np.testing.assert_allclose(plant.ranges["velocity"], (-10.0, 10.0), rtol=1e-15)
     assert hwsim.check(plant, Drive()) and plant.look() == {"place": 0.25}
-    log = hwsim.run(plant, Drive(), parts=2, live=live(safe={"velocity": 0.0}))
+    log = hwsim.run(plant, Drive(), parts=2, live=live(safe={"velocity": 0.0}, gate=gate))
     assert log.outcome.aborted.values.tolist() == [0.0, 0.0]
     first = plc.starts[-2]
     assert plc.starts[-2:] == [first, first + 1]

@@ -15,7 +15,7 @@ class Trip(NamedTuple):
     """Why, by whom and how fast a machine was made safe."""
 
     reason: str
-    by: str  # "runner", "link", "machine"; "": the machine refused it
+    by: str  # "runner", "link", "gate", "machine"; "": the machine refused it
     delay: float  # s from the last sign of life of the controller
 
 
@@ -23,11 +23,13 @@ class Forwarding:
     """Commands of one part on their way to the machine; times are monotonic, ns.
 
     The thread of the controller hands over and renews; one other thread polls and writes what `poll` returns.
-    After the safe command the part is latched: nothing follows it.
+    After the safe command the part is latched: nothing follows it. `by`: who polls; `handed`:
+    commands so far.
     """
 
-    def __init__(self, safe: Mapping[str, Any], deadline: int, now: int) -> None:
+    def __init__(self, safe: Mapping[str, Any], deadline: int, now: int, by: str = "link") -> None:
         self.trip: Trip | None = None
+        self.by, self.handed = by, 0
         self._safe, self._deadline, self._life = dict(safe), deadline, now
         self._waiting: deque[Mapping[str, Any]] = deque()
         self._asked: tuple[str, str] | None = None
@@ -36,6 +38,10 @@ class Forwarding:
         """Hand over changed commands."""
         self._waiting.append(command)
         self._life = now
+        self.handed += 1  # last: who reads it finds the command
+
+    def look(self) -> None:
+        """Take in what was handed over in another process; here there is none."""
 
     def renew(self, now: int) -> None:
         """Say that the controller is alive: it waits for its release or for an event."""
@@ -65,19 +71,19 @@ class Forwarding:
 
     def alive(self, now: int) -> bool:
         """Whether a heartbeat may be sent: the controller was heard within the deadline, nothing tripped."""
-        return self._asked is None and now - self._life <= self._deadline
+        return self.trip is None and self._asked is None and now - self._life <= self._deadline
 
     def poll(self, now: int) -> Mapping[str, Any]:
         """Return what to write now: changed commands, once the safe command, or nothing."""
         if self.trip is not None:
             return {}
         if now - self._life > self._deadline:
-            self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms", "link")
+            self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms", self.by)
         command: dict[str, Any] = {}
         while self._waiting and self._asked is None:
             command |= self._waiting.popleft()
         if odd := [name for name, value in command.items() if not _finite(value)]:
-            self.ask(f"{odd[0]} must be a finite number; got {command[odd[0]]!r}", "link")
+            self.ask(f"{odd[0]} must be a finite number; got {command[odd[0]]!r}", self.by)
         if self._asked is None:
             return command
         self.trip = Trip(*self._asked, (now - self._life) / 1e9)

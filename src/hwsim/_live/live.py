@@ -70,11 +70,15 @@ class Live:
     stuck : mapping, optional
         Measured name -> number of equal readings in a row that abort the part while the machine is commanded:
         {"size": 20}.
+    gate : bool
+        Send commands to a machine behind OPC UA through a process of its own, which makes it safe within the
+        deadline also when this process is killed or holds the interpreter's lock. It starts with the first
+        part, in some seconds, and ends with the plant.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or `safe` is missing.
+        When a value is out of range, `safe` is missing, or there is a gate in shadow.
 
     Examples
     --------
@@ -100,12 +104,16 @@ class Live:
         overruns: str = "count",
         shadow: bool = False,
         stuck: Mapping[str, int] | None = None,
+        gate: bool = False,
     ) -> None:
         self.safe = _checked_safe(safe, shadow=shadow)
         self.deadline = checks.positive("deadline", deadline, "s")
         self.stale = None if stale is None else checks.positive("stale", stale, "s")
         self.overruns = checks.one_of("overruns", overruns, ("count", "abort"))
         self.shadow = checks.kind("shadow", shadow, bool)
+        self.gate = checks.kind("gate", gate, bool)
+        if gate and shadow:
+            raise ValueError("gate must be False in shadow, where nothing is written")
         self.stuck = {name: checks.count(f"stuck[{name!r}]", n, 2) for name, n in (stuck or {}).items()}
         self._acts: list[OperatorAct] = []
         self._written = 0  # of them, to the journal

@@ -15,6 +15,7 @@ import numpy as np
 from hwsim._live import timing
 from hwsim._live.live import Aborted, Live
 from hwsim._live.machine import LiveMachine, TrippedError
+from hwsim._live.prompt import hurry, leave
 from hwsim._live.wall import WallMachine, samples_of, take_safe
 from hwsim._log.labels import LIVE_COLUMNS, LIVE_PREFIX
 from hwsim._part.clock import Clock
@@ -59,6 +60,8 @@ def _refuse_of_real(live: Live, plant: str) -> None:
     """Refuse on a simulated plant what only a machine with a clock of its own can do."""
     if live.shadow:
         raise ValueError(f"live must not be in shadow on a simulated {plant}: it has no control of its own")
+    if live.gate:
+        raise ValueError(f"gate must be False on a simulated {plant}, which is in this process")
     if live.stale is not None or live.stuck:
         name = "stuck" if live.stuck else "stale"
         raise ValueError(f"{name} must not be given on a simulated {plant}: its readings never stand still")
@@ -72,9 +75,11 @@ def operated(live: Live) -> Iterator[None]:
     if threading.current_thread() is threading.main_thread():
         former = {number: signal.signal(number, _aborting(live)) for number in _SIGNALS}
     with _frozen():
+        hurry()
         try:
             yield
         finally:
+            leave()
             for number, handler in former.items():
                 signal.signal(number, handler)
             live.end()

@@ -128,7 +128,7 @@ class WallMachine:
         """Thread of the guard."""
         while not self._over.wait(POLL):
             if self._live.reason is not None:
-                self._forwarding.ask(self._live.reason, "link")
+                self._forwarding.ask(self._live.reason, self._forwarding.by)
             with self._lock:
                 self._make_safe()
 

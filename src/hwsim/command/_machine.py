@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from hwsim.command._passwords import password_of
 from hwsim.command._serving import add_serving
 
-_OF_MACHINE = ("safe", "deadline", "nodes", "shadow", "user")
+_OF_MACHINE = ("safe", "deadline", "nodes", "shadow", "gate", "user")
 _OF_SERVER = ("speed", "own_control")
 
 
@@ -43,6 +43,9 @@ def add_machine(parser: argparse.ArgumentParser) -> None:
         help="of --machine: table of nodes of a machine that is not ours",
     )
     group.add_argument("--shadow", action="store_true", help="of --machine: listen to its own control")
+    group.add_argument(
+        "--gate", action="store_true", help="of --machine: send commands through a process of its own"
+    )
     group.add_argument(
         "--user",
         metavar="NAME",
@@ -103,7 +106,7 @@ def _live(plant: Any, arguments: argparse.Namespace) -> Any:
         raise ValueError(f"--safe NAME=VALUE or --shadow must be given: {plant!r} keeps its own time")
     deadline = quantity("--deadline", arguments.deadline or DEADLINE, "s")
     safe = None if arguments.safe is None else dict(_told(each, plant.accepts) for each in arguments.safe)
-    return Live(safe=safe, shadow=arguments.shadow, deadline=deadline)
+    return Live(safe=safe, shadow=arguments.shadow, deadline=deadline, gate=arguments.gate)
 
 
 def _told(text: str, accepts: Any) -> tuple[str, float]:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from hwsim._live.live import Live
 from hwsim._live.machine import LiveMachine
 from hwsim.opcua._declaration import Declaration
+from hwsim.opcua._gated import GatedPart, gate_of
 from hwsim.opcua._live_part import RemotePart
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
@@ -37,10 +38,17 @@ def begun(
     pauses = Pauses(remote, live, stops)
     if live.shadow:
         return followed(remote, told, names, live, period, pauses)
+    gate = gate_of(remote, told) if live.gate else None
+    if gate is None:
+        link.close_gate()
     check_deadline(remote, live)
     link.loop.run(pauses.begin())
     live.wait_while_paused(live.part)
     part = link.loop.run(remote.last_part()) + 1
+    if gate is not None:
+        gate.begin(part, seed, live, tuple(told.accepts))
+        remote.began(part)
+        return GatedPart(gate, remote, told, names, live, period, part, pauses)
     link.loop.run(remote.start(part, seed))
     return RemotePart(remote, told, names, live, period, part, pauses)
 

@@ -52,6 +52,19 @@ def read_nodes(path: str | os.PathLike[str]) -> Nodes:
     return read(checks.path("nodes", path), _nodes)
 
 
+def nodes_of(told: Sequence[Any]) -> Nodes:
+    """A table of nodes that was written as JSON."""
+    measures, commands, machine, name, tick = told
+    return Nodes(_restored(measures), _restored(commands), machine, name, tick)
+
+
+def _restored(told: Mapping[str, Sequence[Any]]) -> dict[str, NodePlace]:
+    places = {name: NodePlace(*each) for name, each in told.items()}
+    return {
+        name: p if p.ends is None else p._replace(ends=(p.ends[0], p.ends[1])) for name, p in places.items()
+    }
+
+
 def _nodes(table: Table) -> Nodes:
     of_machine = table.table("machine")
     machine = {key: str(of_machine.take(key)) for key in _KEYS if key in _NEEDED or of_machine.has(key)}
@@ -103,6 +116,15 @@ class ForeignMachine:
         self._part, self._was_done = 0, True
         self._samples = tuple(dict.fromkeys(p.sample for p in nodes.measures.values() if p.sample))
         self._rest = tuple(key for key in ("event", "done", "aborted") if key in nodes.machine)
+
+    @property
+    def table(self) -> Nodes:
+        """Table of its nodes."""
+        return self._nodes
+
+    def began(self, part: int) -> None:
+        """Note a part that another session has started."""
+        self._part = part
 
     @classmethod
     async def found(cls, link: ClientLink, nodes: Nodes) -> "ForeignMachine":

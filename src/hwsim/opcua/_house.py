@@ -9,6 +9,7 @@ from typing import Any
 from asyncua import Server, ua
 from asyncua.common.connection import TransportLimits
 
+from hwsim._live.prompt import hurry, leave
 from hwsim.opcua._address import Address
 from hwsim.opcua._bounds import CHUNK, BoundedServer
 from hwsim.opcua._declaration import declared
@@ -52,6 +53,7 @@ class House:
         self._server: Server | None = None
         self._driver: Driver | None = None
         self.url = address.url
+        self._hurried = False  # whether threads switch sooner for this server
 
     async def open(self) -> None:
         """Build the address space, then listen."""
@@ -73,6 +75,8 @@ class House:
         await server.start()
         assert server.bserver is not None
         self.url = self._address._replace(port=server.bserver.port).url
+        hurry()
+        self._hurried = True
         gc.freeze()  # a full collection walks through 100 000 nodes of the standard: half a second of silence
 
     def _driven(self, space: Space) -> Driver:
@@ -106,6 +110,9 @@ class House:
             self._driver.close()
         with contextlib.suppress(TimeoutError):
             thread.run(self._close(), _CLOSING)
+        if self._hurried:
+            leave()
+            self._hurried = False
         gc.unfreeze()
         thread.stop()
 

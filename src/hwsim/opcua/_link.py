@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from asyncua import Client, Node, ua
 from asyncua.client.ua_client import UaClientState
@@ -14,6 +14,9 @@ from cryptography import x509
 from hwsim.opcua._address import address_of
 from hwsim.opcua._keys import Keys
 from hwsim.opcua._thread import LoopThread
+
+if TYPE_CHECKING:
+    from hwsim.opcua._gate import Gate
 
 logging.getLogger("asyncua").addHandler(logging.NullHandler())  # else its warnings go to stderr
 CONNECTING, CLOSING = 10.0, 1.0  # s; chosen: a login takes 0.1 s, a dead peer never answers
@@ -29,7 +32,9 @@ class ClientLink:
     def __init__(self, url: str, keys: Keys | None, user: tuple[str, str] | None) -> None:
         self.url = address_of(url).url
         self.loop = LoopThread("hwsim link")
-        self._keys, self._user = keys, user
+        self.user = user
+        self.gate: Gate | None = None  # the process that writes instead of this session
+        self._keys = keys
         self._client: Client | None = None
         self._answer = ANSWER
 
@@ -67,9 +72,9 @@ class ClientLink:
         try:
             if self._keys is not None:
                 await asyncio.wait_for(self._secure(client, self._keys), CONNECTING)
-            if self._user is not None:
-                client.set_user(self._user[0])
-                client.set_password(self._user[1])
+            if self.user is not None:
+                client.set_user(self.user[0])
+                client.set_password(self.user[1])
             await asyncio.wait_for(client.connect(), CONNECTING)
         except PermissionError:  # a server that is not trusted
             raise
@@ -118,8 +123,20 @@ class ClientLink:
     def close(self) -> None:
         """End session and thread."""
         if not self.loop.loop.is_closed():
+            self.close_gate()
             self.loop.run(self.leave(), 2 * CLOSING)
             self.loop.stop()
+
+    def close_gate(self) -> None:
+        """End the process of the gate, if there is one."""
+        gate, self.gate = self.gate, None
+        if gate is not None:
+            gate.close()
+
+    @property
+    def security(self) -> str:
+        """Folder of its keys; "none": it has none."""
+        return "none" if self._keys is None else str(self._keys.own.folder)
 
     @property
     def client(self) -> Client:
@@ -162,7 +179,7 @@ class ClientLink:
 
     def _refused(self) -> str:
         """Why this session may not command."""
-        if self._user is not None and self._user[0] == "observer":
+        if self.user is not None and self.user[0] == "observer":
             return f"user must be the operator to command {self.url}; got 'observer'"
         return f"{self.url} is commanded by another session; one operator at a time"
 

@@ -48,9 +48,12 @@ class RemotePart:
         self._releases: Releases | None = None  # from the first command
         self._events = 0
         self._news = threading.Condition()
-        self._forwarding = Forwarding(live.safe, round(live.deadline * NANOSECONDS), now)
+        self._forwarding = self._rules(now)
         self._watch = Watch(live, self._wall(period), self._forwarding, pauses)
         self._pulse = remote.link.loop.run(self._begun(names))
+
+    def _rules(self, now: int) -> Forwarding:
+        return Forwarding(self._live.safe, round(self._live.deadline * NANOSECONDS), now)
 
     async def _begun(self, names: Mapping[str, str]) -> Pulse:
         deadline, events = self._live.deadline, self._period is None
@@ -68,7 +71,7 @@ class RemotePart:
     def _heard(self) -> None:
         """Look at what came, in the thread of the link."""
         if self._live.reason is not None:
-            self._forwarding.ask(self._live.reason, "link")
+            self._forwarding.ask(self._live.reason, self._forwarding.by)
         if (seen := self._pulse_seen()) is not None:
             self._watch.look(seen)
         with self._news:
@@ -111,8 +114,7 @@ class RemotePart:
             if name in self._told.ranges:
                 within(name, value, self._told.ranges[name], self._told.accepts[name])
         self._forwarding.hand(command, now)
-        self._pulse.handed += 1
-        number = self._pulse.handed
+        number = self._forwarding.handed
         self._wake()
         self._wait(lambda: self._pulse.taken >= number)
         if self._pulse.refusal is not None:

@@ -16,6 +16,13 @@ class RemoteMachine(Protocol):
 
     link: ClientLink
 
+    @property
+    def table(self) -> Any:
+        """Table of its nodes, as `hwsim.opcua._foreign.nodes_of` reads it from JSON; None: it has none."""
+
+    def began(self, part: int) -> None:
+        """Note a part that another session has started."""
+
     async def declaration(self) -> Declaration:
         """Read what the machine declares."""
 

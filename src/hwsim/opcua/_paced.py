@@ -94,7 +94,7 @@ class Paced:
     def _work(self) -> None:
         """Thread of the machine."""
         while not self._over.is_set():
-            self._wait(self._pause_until_next())
+            self._wait(min(self._pause_until_next(), self._until_late()))
             self._turn()
 
     def _pause_until_next(self) -> float:
@@ -102,6 +102,12 @@ class Paced:
             return _IDLE
         left = self._course.until_next(time.monotonic_ns())
         return left if not self._course.waiting and _SOONEST <= left < SLICE else SLICE
+
+    def _until_late(self) -> float:
+        """Time until the heartbeat is late, s: the watchdog waits for no sample."""
+        if self._course is None or self._course.over:
+            return _IDLE
+        return max(0, self._beaten + self._timeout + 1 - time.monotonic_ns()) / NANOSECONDS
 
     def _wait(self, seconds: float) -> None:
         """Do what was asked for, for some time."""

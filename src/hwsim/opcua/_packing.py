@@ -17,44 +17,55 @@ from sdpgrind.base import checks
 
 def packed(names: Sequence[str], values: Mapping[str, Any]) -> list[float]:
     """Return a mapping as a flat list of numbers."""
-    flat, blocks = [nan] * len(names), list[float]()
+    flat, arrays = [nan] * len(names), dict[str, Any]()
     for k, name in enumerate(names):
         if name not in values:
             continue
         value = values[name]
-        if isinstance(value, float | int):
-            flat[k] = float(value)
-            continue
-        array = np.asarray(as_table(value), dtype=float)
-        if array.ndim:
-            blocks += [k, array.ndim, *array.shape, *array.ravel().tolist()]
+        array = value if isinstance(value, float | int) else np.asarray(as_table(value), dtype=float)
+        if np.ndim(array):
+            arrays[name] = array
         else:
             flat[k] = float(array)
-    return flat + blocks
+    return flat + blocks(names, arrays)
+
+
+def blocks(names: Sequence[str], values: Mapping[str, Any]) -> list[float]:
+    """Return a mapping as numbers: for each value its name's index, its dimensions, shape and entries."""
+    flat = list[float]()
+    for name, value in values.items():
+        array = np.asarray(as_table(value), dtype=float)
+        flat += [names.index(name), array.ndim, *array.shape, *array.ravel().tolist()]
+    return flat
 
 
 def unpacked(names: Sequence[str], flat: Sequence[float]) -> dict[str, Any]:
     """Return the mapping of `packed`; absent numbers are NaN."""
-    return dict(zip(names, flat, strict=False)) | dict(_arrays(names, flat))
+    return dict(zip(names, flat, strict=False)) | unblocked(names, flat[len(names) :])
 
 
 def given(names: Sequence[str], flat: Sequence[float]) -> dict[str, Any]:
     """Return the mapping of `packed` without absent numbers: NaN is no command."""
-    return {name: value for name, value in zip(names, flat, strict=False) if value == value} | dict(
-        _arrays(names, flat)
-    )
+    numbers = {name: value for name, value in zip(names, flat, strict=False) if value == value}
+    return numbers | unblocked(names, flat[len(names) :])
 
 
-def _arrays(names: Sequence[str], flat: Sequence[float]) -> Iterator[tuple[str, Any]]:
-    at = len(names)
+def unblocked(names: Sequence[str], flat: Sequence[float]) -> dict[str, Any]:
+    """Return the mapping of `blocks`."""
+    return dict(_unblocked(names, flat))
+
+
+def _unblocked(names: Sequence[str], flat: Sequence[float]) -> Iterator[tuple[str, Any]]:
+    at = 0
     while at < len(flat):
         name, dimensions = names[int(flat[at])], int(flat[at + 1])
         shape = tuple(int(length) for length in flat[at + 2 : at + 2 + dimensions])
         begin = at + 2 + dimensions
         at = begin + prod(shape)
-        if min(shape) < 0 or at > len(flat):
+        if min(shape, default=0) < 0 or at > len(flat):
             raise ValueError(f"{name} must have the entries of its shape; got shape {shape}")
-        yield name, np.array(flat[begin:at], dtype=float).reshape(shape)
+        entries = np.array(flat[begin:at], dtype=float).reshape(shape)
+        yield name, entries if shape else float(entries)
 
 
 def seed_text(rng: np.random.Generator, past: Sequence[Mapping[str, float]] = ()) -> str:

@@ -9,6 +9,7 @@ from asyncua import ua
 
 from hwsim._live.forwarding import POLL, Forwarding
 from hwsim._processor.tasks import NANOSECONDS
+from hwsim.opcua._bell import Bell
 from hwsim.opcua._link import reads, writes
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._sample import ReadSample
@@ -32,7 +33,7 @@ class Pulse:
         self.seen: ReadSample | None = None
         self._first: ReadSample | None = None
         self.refusal: Exception | None = None
-        self.handed = self.taken = self.wanted = self.served = 0
+        self.taken = self.wanted = self.served = 0
         self.safe_written = False
         self.bad = 0
         self._remote, self._forwarding, self._heard = remote, forwarding, heard
@@ -41,7 +42,7 @@ class Pulse:
         self._names = names
         self._list = reads(remote.nodes(names))
         self._count, self._due = 0, 0
-        self._woken, self._asked = asyncio.Event(), asyncio.Event()
+        self._woken, self._asked = Bell(), Bell()
         self._over = False
         self._tasks = [asyncio.create_task(work) for work in self._works()]
 
@@ -50,8 +51,8 @@ class Pulse:
 
     def wake(self) -> None:
         """Write and read at once."""
-        self._woken.set()
-        self._asked.set()
+        self._woken.ring()
+        self._asked.ring()
 
     async def close(self) -> None:
         """Stop; nothing is written any more."""
@@ -62,7 +63,8 @@ class Pulse:
     async def _write(self) -> None:
         """Forward what is to be written, and the heartbeat while the controller is alive."""
         while not self._over and not self.safe_written:
-            number, now = self.handed, time.monotonic_ns()
+            self._forwarding.look()
+            number, now = self._forwarding.handed, time.monotonic_ns()
             command = self._forwarding.poll(now)
             tripped = self._forwarding.trip is not None
             if tripped and not command:
@@ -77,7 +79,7 @@ class Pulse:
             self.taken = number
             self.safe_written = tripped
             self._heard()
-            await _waited(self._woken, POLL)
+            await self._woken.wait(POLL)
         self.safe_written = self.safe_written or self._forwarding.trip is not None
         self._heard()
 
@@ -96,7 +98,7 @@ class Pulse:
         said = await self._remote.refusal(command, state)
         if not said:  # the part ended while the list was on its way
             return
-        await self._sample()
+        await self.sample()
         assert self.seen is not None and self._first is not None
         if self.seen.aborts != self._first.aborts:
             self._forwarding.lost(f"the machine made itself safe: {self.seen.aborted}", time.monotonic_ns())
@@ -116,27 +118,18 @@ class Pulse:
         while not self._over:
             number = self.wanted
             try:
-                await self._sample()
+                await self.sample()
             except ConnectionError as error:
                 self._cut(error)
                 return
             self.served = number
             self._heard()
             if self.wanted == number:
-                await _waited(self._asked, self._read_every)
+                await self._asked.wait(self._read_every)
 
-    async def _sample(self) -> None:
+    async def sample(self) -> None:
         """Read a sample."""
         asked = time.monotonic_ns()
         told = await self._remote.link.read(self._list)
         self.seen = self._remote.seen(self._names, told, asked)
         self._first = self._first or self.seen
-
-
-async def _waited(event: asyncio.Event, seconds: float) -> None:
-    try:
-        await asyncio.wait_for(event.wait(), seconds)
-    except TimeoutError:
-        return
-    finally:
-        event.clear()

@@ -49,6 +49,13 @@ class Remote:
         """Node id of a path such as ``Monitoring.height``."""
         return node_id(self._namespace, self._plant, path)
 
+    @property
+    def table(self) -> None:
+        """No table of nodes: it tells them."""
+
+    def began(self, part: int) -> None:
+        """Note a part that another session has started: its number is read."""
+
     async def values(self, *paths: str) -> list[Any]:
         """Read variables in one message."""
         told = await self.link.read(reads([self.node_id(path) for path in paths]))

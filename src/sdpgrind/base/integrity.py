@@ -7,7 +7,6 @@ file can write its digest.
 
 from enum import Enum
 from hashlib import blake2b
-from pathlib import Path
 
 FORMAT = 2  # chosen: files of version 0.1.0 have none, which is 1
 """Number of the format that has a digest."""
@@ -41,21 +40,20 @@ def verdict(raw: bytes) -> Verdict:
     return Verdict.WHOLE if told == _digest(raw, start) else Verdict.WRONG
 
 
-def seal(path: Path) -> None:
-    """Replace the zeros of a file by its digest.
+def sealed(raw: bytes) -> tuple[memoryview, bytes, memoryview]:
+    """Pieces of a file, written one after the other, with its digest in place of the zeros.
 
     Raises
     ------
     ValueError
         When the mark stands in the file more than once: a text of the user holds it.
     """
-    raw = path.read_bytes()
-    if (count := raw.count(MARK)) != 1:
-        raise ValueError(f"no text to be saved must hold {MARK.decode()!r}; it stands in {count - 1} places")
-    start = raw.index(MARK) + len(MARK)
-    with path.open("r+b") as file:
-        file.seek(start)
-        file.write(_digest(raw, start))
+    start = raw.find(MARK) + len(MARK)
+    if raw.find(MARK, start) >= 0:
+        count = raw.count(MARK) - 1
+        raise ValueError(f"no text to be saved must hold {MARK.decode()!r}; it stands in {count} places")
+    view = memoryview(raw)
+    return view[:start], _digest(raw, start), view[start + _DIGITS :]
 
 
 def _digest(raw: bytes, start: int) -> bytes:

@@ -105,9 +105,27 @@ def write(dataset: "xr.Dataset", path: str | os.PathLike[str], kind: str) -> Non
     plain = {name: {"_FillValue": None} for name in portable.variables}  # NaN is a value like any other
     with whole_file(path) as temporary:
         # `to_netcdf` would import dask's scheduler, where there is one, for a lock that nobody needs
-        with ScipyDataStore(str(temporary), mode="w", lock=False) as store:
+        raw = _Kept()
+        with ScipyDataStore(raw, mode="w", lock=False) as store:
             portable.dump_to_store(store, encoding=plain)
-        integrity.seal(temporary)
+        with temporary.open("wb") as file:
+            file.writelines(integrity.sealed(raw.content))
+
+
+class _Kept(BytesIO):
+    """A file in memory that keeps its content when it is closed, as some versions of xarray do."""
+
+    _kept = b""
+
+    @property
+    def content(self) -> bytes:
+        """All that was written."""
+        return self._kept if self.closed else self.getvalue()
+
+    def close(self) -> None:
+        """Keep the content."""
+        self._kept = self.content
+        super().close()
 
 
 @dataclass(frozen=True)
@@ -297,6 +315,8 @@ def is_journal(path: str | os.PathLike[str]) -> bool:
     """Whether a file is the journal of a run, or was one before its first bytes were lost."""
     with Path(path).open("rb") as file:
         head = file.read(len(_SQLITE))
+        if head.startswith(b"CDF"):  # a plan or a log, which is read once, elsewhere
+            return False
         return head == _SQLITE or was_journal(head + file.read())
 
 
