@@ -1,6 +1,5 @@
 """``hwsim finishing``: jobs as TOML, what it prints and keeps, what it refuses, and experiments with --study."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -493,80 +492,3 @@ def test_what_a_program_is_refused_with(capsys, job, tmp_path):
     assert line == "--program must be left out with --study; got csv"
     line = refused(capsys, job, "--program", "krl", "--out", tmp_path)
     assert line.startswith("robot must be a SerialRobot") and not list(tmp_path.glob("*.src"))
-
-
-FACE = """
-method = "trapezoid"
-[surface]
-file = "{file}"
-{face}
-[path]
-pattern = "zigzag"
-pitch = "12 mm"
-[path.lift]
-height = "15 mm"
-[robot]
-preset = "ur10"
-tool_length = "150 mm"
-[tool]
-contact_angle = "{angle} deg"
-placement = [650, -25, 100]
-"""
-STEP = Path(__file__).parents[1] / "data" / "step"
-
-
-@pytest.mark.parametrize("angle", [30, 90])
-def test_a_face_of_a_step_file_becomes_a_program(angle, capsys, tmp_path):
-    """Also by a tool that is face-on, which no torque axis presses."""
-    shutil.copy(STEP / "nominal_hole.step", tmp_path / "part.step")
-    job = tmp_path / "job.toml"
-    job.write_text(FACE.format(file="part.step", face="", angle=angle))
-    folder = tmp_path / "out"
-    assert "read back" in said(capsys, job, "--program", "urscript", "--out", folder)
-    motion = sdpgrind.load(folder / "motion.nc")
-    assert len(motion.problem.path.pieces) > 1 and motion.problem.path.lift.height == 15.0
-    assert motion.problem.face_on == (angle == 90)
-
-
-def test_a_tool_that_is_face_on_finishes_nothing(capsys, tmp_path):
-    shutil.copy(STEP / "nominal.step", tmp_path / "part.step")
-    job = tmp_path / "job.toml"
-    job.write_text(FACE.format(file="part.step", face="", angle=90))
-    told = "tool.contact_angle must be < 90 deg, as no torque of the axis presses a tool that is face-on"
-    assert refused(capsys, job).startswith(told) and refused(capsys, job, "--study").startswith(told)
-
-
-def test_a_region_of_a_scan_is_the_surface(tmp_path):
-    x, y = np.meshgrid(np.linspace(0, 20, 15), np.linspace(0, 20, 15))
-    np.savetxt(tmp_path / "scan.xyz", np.column_stack([x.ravel(), y.ravel(), 0.2 * x.ravel()]))
-    job = tmp_path / "job.toml"
-    region = "[surface.region]\nbox = [[-1, -1, -1], [21, 21, 5]]"
-    job.write_text(FACE.format(file="scan.xyz", face=region, angle=30).replace("12 mm", "6 mm"))
-    patch = read(job).problem.path.patch
-    assert patch.fit.error < 1e-3 and patch.area == pytest.approx(400 * 1.04**0.5, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("file", "face", "told"),
-    [
-        (
-            "two_holes.step",
-            "face = 3",
-            r"surface.face must be the number of one of the faces \(0: .* mm\^2\); got 3",
-        ),
-        ("plate_metre.step", "", r"surface.face must be the number of one of the faces \(0: .*; got None"),
-        (
-            "nominal.step",
-            "[surface.region]\nseed = [0, 0, 0]",
-            r"\[surface\] region must be None for a STEP file",
-        ),
-        ("nothing.step", "", "nothing.step"),
-    ],
-)
-def test_refused_faces_of_a_job(file, face, told, tmp_path):
-    if (STEP / file).exists():
-        shutil.copy(STEP / file, tmp_path / file)
-    job = tmp_path / "job.toml"
-    job.write_text(FACE.format(file=file, face=face, angle=30))
-    with pytest.raises((ValueError, OSError), match=told):
-        read(job)
