@@ -66,11 +66,14 @@ class Program(ABC):
         ValueError
             If the text read back is farther from the plan than stated, mm.
         """
-        fault = self._fault(self.check())
-        if fault:
-            raise ValueError(f"{fault}, and nothing is written")
+        self._refuse_faulty()
         with whole_file(path) as temporary:
             temporary.write_bytes(self.text.encode("ascii"))
+
+    def _refuse_faulty(self) -> None:
+        """Refuse to write a program whose text does something else than the plan."""
+        if fault := self._fault(self.check()):
+            raise ValueError(f"{fault}, and nothing is written")
 
     def _fault(self, found: Any) -> str:
         """Return what is wrong in the text read back; "": nothing."""

@@ -189,14 +189,6 @@ def test_a_krl_file_has_the_name_of_its_program(tmp_path):
         planned("small").program("krl", name="face1").save(tmp_path / "other.src")
 
 
-def test_too_many_points_for_krl(monkeypatch):
-    monkeypatch.setattr("sdpgrind.finishing._program.program._POINTS", {"krl": 50})
-    with pytest.raises(
-        ValueError, match="deviation must be greater: krl takes 50 points in a program, and these"
-    ):
-        planned("small").program("krl")
-
-
 def test_a_flange_that_no_controller_has():
     motion = planned("small")
     links = motion.problem.robot.links.copy()

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing._program.turns import inverse, raised, shifted, turns_of
 from sdpgrind.finishing.arm._serial import SerialRobot
 
@@ -33,6 +33,10 @@ class PlannedMotion(Protocol):
     @property
     def length(self) -> Floats:
         """Length of path, mm."""
+
+    @property
+    def contact(self) -> Bools:
+        """Whether the tool is on the work, at the rows."""
 
     @property
     def joints(self) -> Floats:

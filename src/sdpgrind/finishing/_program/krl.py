@@ -1,6 +1,7 @@
 """Programs in KRL: straight moves with approximation by distance, in $BASE."""
 
-from collections.abc import Iterator
+import hashlib
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,17 +19,47 @@ from sdpgrind.finishing._program.form import (
     vectors_of,
 )
 
+MARK = 4  # digits of the digest in the names of parts, chosen: two versions in a folder differ in it
 _SLOW = 10  # percent, chosen: joint moves by hand
 _LEVEL = 1e-7  # rad, chosen: B nearer to +-90 deg leaves only the sum or difference of A and C
 
 
-def source(blocks: Blocks, form: TextForm, branch: int) -> str:
-    """Write a source file with one program."""
+def source(parts: Sequence[Blocks], form: TextForm, branch: int) -> str:
+    """Write one program; of several parts one that calls a program each, and these behind it."""
+    bodies = [_moves(blocks, branch) for blocks in parts]
+    if len(bodies) == 1:
+        return _program(form.name, [*_begun(form), *bodies[0], "HALT"])
+    # Names change with the moves: a file that calls others never calls those of another version.
+    mark = hashlib.sha256("\n".join(map("\n".join, bodies)).encode()).hexdigest()[:MARK]
+    names = [f"{form.name}_{mark}_{k}" for k in range(1, len(bodies) + 1)]
+    main = _program(form.name, [*_begun(form), *(f"{name}()" for name in names), "HALT"])
+    return main + "".join(map(_program, names, bodies))
+
+
+def _program(name: str, lines: Sequence[str]) -> str:
+    return "\r\n".join([f"DEF {name}()", *lines, "END", ""])
+
+
+def _begun(form: TextForm) -> list[str]:
+    """Lines up to the joints above the start."""
+    start = ",".join(f"A{k} {told([q], DEGREES)}" for k, q in enumerate(np.degrees(form.start), 1))
+    return [
+        *commented(form.head, ";"),
+        "BAS(#INITMOV,0)",
+        f"BAS(#VEL_PTP,{_SLOW})",
+        f"$TOOL={{{_of(form.frames.tool)}}}",
+        f"$BASE={{{_of(form.frames.work)}}}",
+        "$ORI_TYPE=#VAR",
+        f"$ACC.CP={form.acceleration / MM_PER_M:.4f}",
+        f"PTP {{{start}}}",
+    ]
+
+
+def _moves(blocks: Blocks, branch: int) -> list[str]:
+    """Lines of straight moves."""
     angles = euler_angles(blocks.turns)
-    start = (
-        "{" + ",".join(f"A{k} {told([q], DEGREES)}" for k, q in enumerate(np.degrees(form.start), 1)) + "}"
-    )
-    moves, distance, feed = [f"PTP {start}"], "", ""
+    moves: list[str] = []
+    distance = feed = ""
     for k, point in enumerate(blocks.points):
         v, r = floored(blocks.feeds[k] / MM_PER_M, LENGTH + 3), floored(blocks.radii[k], LENGTH)
         if v != feed:
@@ -39,16 +70,7 @@ def source(blocks: Blocks, form: TextForm, branch: int) -> str:
         feed, near = v, " C_DIS" if blocks.radii[k] else ""
         bits = f"S {_status(branch)},T {_turn_bits(blocks.joints[k])}"
         moves.append(f"LIN {{{_frame(point, angles[k])},{bits}}}{near}")
-    head = [
-        "BAS(#INITMOV,0)",
-        f"BAS(#VEL_PTP,{_SLOW})",
-        f"$TOOL={{{_of(form.frames.tool)}}}",
-        f"$BASE={{{_of(form.frames.work)}}}",
-        "$ORI_TYPE=#VAR",
-        f"$ACC.CP={form.acceleration / MM_PER_M:.4f}",
-    ]
-    lines = [f"DEF {form.name}()", *commented(form.head, ";"), *head, *moves, "HALT", "END"]
-    return "\r\n".join(lines) + "\r\n"
+    return moves
 
 
 def _frame(point: Floats, angles: Floats) -> str:

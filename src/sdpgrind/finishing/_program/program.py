@@ -14,6 +14,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.programs import Program
 from sdpgrind.base.quantities import another_unit
 from sdpgrind.base.stored import encode
+from sdpgrind.base.whole_files import whole_file
 from sdpgrind.finishing._program import krl, rapid, urscript
 from sdpgrind.finishing._program.blocks import Blocks, blocks_of, joined
 from sdpgrind.finishing._program.compare import MotionCheck
@@ -25,6 +26,7 @@ from sdpgrind.finishing._program.course import (
     lifted,
     runs_of,
 )
+from sdpgrind.finishing._program.cuts import parts_of, rests_in_air
 from sdpgrind.finishing._program.form import TextForm
 from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing._program.table import table
@@ -36,7 +38,7 @@ ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv"}
 _USUAL, _TYPICAL = (0.002, 5.0), 0.02  # mm, chosen: rounding of the numbers to what no finishing needs
 # source: KRL 24 characters; RAPID 32, two of them for p_, t_, w_; others: chosen
 _NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60}
-_POINTS = {"krl": 5000}  # source: specification, size of a KRL program that its editor takes
+_POINTS = 5000  # source: specification, size of a KRL program that its editor takes
 _SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
 _RESERVED = frozenset({"def", "end", "module", "endmodule", "proc", "if", "while", "for", "return", "thread"})
 
@@ -82,6 +84,9 @@ class MotionProgram(Program):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Check the program and write it at `path`, complete or not at all.
 
+        A KRL program that is cut at lifts calls one for each part: their files come first, those of an older
+        version go last.
+
         Parameters
         ----------
         path : str or path
@@ -96,7 +101,33 @@ class MotionProgram(Program):
         file = Path(checks.path("path", path))
         if self.target == "krl" and file.stem.lower() != self.name.lower():
             raise checks.refuse("path", f"named {self.name}.src, as the program in it", file.name)
-        super().save(file)
+        self._refuse_faulty()
+        folder, main = file.parent, self._programs[0]
+        for target, text in [
+            *((folder / f"{name}.src", part) for name, part in self.parts.items()),
+            (file, main),
+        ]:
+            with whole_file(target) as temporary:
+                temporary.write_bytes(text.encode("ascii"))
+        if self.target == "krl":
+            self._clear(folder)
+
+    def _clear(self, folder: Path) -> None:
+        """Remove the parts of other versions."""
+        former = re.compile(rf"{re.escape(self.name)}_[0-9a-f]{{{krl.MARK}}}_\d+\.src")
+        for other in folder.iterdir():
+            if former.fullmatch(other.name) and other.stem not in self.parts:
+                other.unlink()
+
+    @property
+    def parts(self) -> dict[str, str]:
+        """Programs (mm, deg) that a KRL program calls, name -> text; empty where it is whole."""
+        _, *others = self._programs
+        return {text.split("(", 1)[0].removeprefix("DEF "): text for text in others}
+
+    @property
+    def _programs(self) -> list[str]:
+        return re.split(r"(?m)^(?=DEF )", self.text)[1:] if self.target == "krl" else [self.text]
 
     def _fault(self, found: MotionCheck) -> str:
         if found.feed_excess > _SINGLE * self.motion.problem.feed_rate:
@@ -176,17 +207,29 @@ def _lines(motion: PlannedMotion, target: str, head: list[str], name: str, devia
     problem, frames = motion.problem, frames_of(motion)
     runs = [blocks_of(run, deviation, problem.lever_arm) for run in runs_of(motion, frames)]
     down, up = motion.joints[:1], lifted(motion, motion.joints[-1])[None]
-    blocks = joined([_exact(motion, frames, down), *runs, _exact(motion, frames, up)])
-    if len(blocks.feeds) > _POINTS.get(target, len(blocks.feeds)):
-        rule = f"greater: {target} takes {_POINTS[target]} points in a program"
-        raise checks.refuse("deviation", f"{rule}, and these are {len(blocks.feeds)}", deviation, "mm")
+    runs[0] = joined([_exact(motion, frames, down), runs[0]])
+    runs[-1] = joined([runs[-1], _exact(motion, frames, up)])
     start = lifted(motion, motion.joints[0])
     more = {"urscript": urscript.head(False), "rapid": rapid.head(), "krl": krl.head()}[target]
     form = TextForm(name, [*head, *more], frames, start, problem.acceleration)
+    if target == "krl":
+        return krl.source(_parts(motion, runs, name, deviation), form, motion.posture.branch)
     if target == "urscript":
-        return urscript.script(blocks, form)
-    write = rapid.module if target == "rapid" else krl.source
-    return write(blocks, form, motion.posture.branch)
+        return urscript.script(joined(runs), form)
+    return rapid.module(joined(runs), form, motion.posture.branch)
+
+
+def _parts(motion: PlannedMotion, runs: list[Blocks], name: str, deviation: float) -> list[Blocks]:
+    """Parts that a KRL program takes, cut in the air."""
+    parts = parts_of(runs, rests_in_air(motion).tolist(), _POINTS)
+    longest = max(len(part.feeds) for part in parts)
+    if longest > _POINTS:
+        rule = f"greater: krl takes {_POINTS} points in a program, and these are {longest} without a lift"
+        raise checks.refuse("deviation", rule, deviation, "mm")
+    most = _NAMES["krl"] - krl.MARK - 2 - len(str(len(parts)))
+    if len(parts) > 1 and len(name) > most:
+        raise checks.refuse("name", f"at most {most} characters, with those of its {len(parts)} parts", name)
+    return parts
 
 
 def _exact(motion: PlannedMotion, frames: RobotFrames, joints: Floats) -> Blocks:

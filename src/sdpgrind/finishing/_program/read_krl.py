@@ -13,6 +13,7 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _PAIR = re.compile(rf"\s*([A-Z]\d?)\s+({_NUMBER})\s*")
 _FORMS = (
     ("name", re.compile(r"DEF ([A-Za-z]\w*)\(\)")),
+    ("call", re.compile(r"([A-Za-z]\w*)\(\)")),
     ("skip", re.compile(r"BAS\(#(?:INITMOV,0|VEL_PTP,\d+)\)|\$ORI_TYPE=#VAR|HALT")),
     ("acceleration", re.compile(rf"\$ACC\.CP=({_NUMBER})")),
     ("frame", re.compile(r"\$(TOOL|BASE)=\{(.*)\}")),
@@ -35,16 +36,52 @@ def read_krl(text: str) -> ProgramPath:
         For a line that means something else, with its number.
     """
     moves, values = Moves("krl"), {"feed": 0.0, "distance": 0.0}
+    programs = _programs(text)
+    _follow(programs, next(iter(programs), ""), moves, values)
+    return moves.path()
+
+
+def _programs(text: str) -> dict[str, list[tuple[int, str]]]:
+    """Programs of a text by name: their numbered lines behind DEF, without END."""
+    found: dict[str, list[tuple[int, str]]] = {}
+    inside = ""
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
             raise misread(f"KRL with lines of at most {LONGEST} characters", number, line)
         bare = line.partition(";")[0].strip()
-        if bare:
-            kind, groups = _statement(bare, number)
-            _take(moves, values, kind, groups, bare, number)
-    if not moves.ended:
+        kind, groups = _statement(bare, number) if bare else ("", ())
+        if kind == "name" and not inside and groups[0] not in found:
+            inside, found[groups[0]] = groups[0], []
+        elif kind == "end" and inside:
+            inside = ""
+        elif kind and (kind in ("name", "end") or not inside):
+            raise misread("KRL", number, line)
+        elif kind:
+            found[inside].append((number, bare))
+    if inside or not found:
         raise ValueError("text must be a whole program, to END; its last line is another")
-    return moves.path()
+    return found
+
+
+def _follow(
+    programs: dict[str, list[tuple[int, str]]], name: str, moves: Moves, values: dict[str, float]
+) -> None:
+    """Take the statements of a program, and those of programs that it calls; each is called once."""
+    moves.name = moves.name or name
+    for number, line in programs.pop(name):
+        kind, groups = _statement(line, number)
+        if kind == "call" and groups[0] not in programs:
+            raise ValueError(f"text must hold the program {groups[0]}, which line {number} calls once")
+        if kind == "call":
+            _follow(programs, groups[0], moves, values)
+        else:
+            _take(moves, values, kind, groups, line, number)
+
+
+def called(text: str) -> list[str]:
+    """Names of programs that a text calls and does not hold."""
+    held = re.findall(r"(?m)^DEF (\w+)\(\)", text)
+    return [name for name in re.findall(r"(?m)^(\w+)\(\)\s*$", text) if name not in held]
 
 
 def _statement(line: str, number: int) -> tuple[str, tuple[Any, ...]]:
@@ -58,9 +95,7 @@ def _statement(line: str, number: int) -> tuple[str, tuple[Any, ...]]:
 def _take(
     moves: Moves, values: dict[str, float], kind: str, groups: tuple[Any, ...], line: str, number: int
 ) -> None:
-    if kind == "name":
-        moves.name = groups[0]
-    elif kind == "frame":
+    if kind == "frame":
         pose = _pose(_pairs(groups[1], line, number, "XYZABC"))
         setattr(moves, {"TOOL": "tool", "BASE": "work"}[groups[0]], pose)
     elif kind in values:
@@ -73,8 +108,6 @@ def _take(
         radius = values["distance"] if groups[1] else 0.0
         bits = int(found["S"]), int(found["T"])
         moves.line(_pose(found), _METRE * values["feed"], radius, bits)
-    elif kind == "end":
-        moves.ended = True
 
 
 def _pairs(text: str, line: str, number: int, wanted: Any) -> dict[str, float]:

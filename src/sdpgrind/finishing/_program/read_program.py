@@ -2,10 +2,11 @@
 
 import os
 import re
+from pathlib import Path
 
 from sdpgrind.base import checks
 from sdpgrind.finishing._program.program_path import ProgramPath
-from sdpgrind.finishing._program.read_krl import read_krl
+from sdpgrind.finishing._program.read_krl import called, read_krl
 from sdpgrind.finishing._program.read_rapid import read_rapid
 from sdpgrind.finishing._program.read_table import read_table
 from sdpgrind.finishing._program.read_urscript import read_urscript
@@ -39,6 +40,8 @@ def read_program(path: str | os.PathLike[str]) -> ProgramPath:
     ------
     ValueError
         When the file is no such program, with the line.
+    FileNotFoundError
+        When there is no such file, or none beside a KRL program for one that it calls.
 
     Examples
     --------
@@ -53,12 +56,19 @@ def read_program(path: str | os.PathLike[str]) -> ProgramPath:
     ('csv', [0.0, 0.5], [[0.1, 5.0], [0.2, 6.0]])
     """
     file = checks.path("path", path)
+    text = _ascii(file)
+    if file.suffix.lower() == ".src":
+        text += "".join(_ascii(file.with_name(f"{name}.src")) for name in called(text))
+    return read_text(text)
+
+
+def _ascii(file: Path) -> str:
+    """Text of a file in ASCII."""
     try:
-        text = file.read_bytes().decode("ascii")
+        return file.read_bytes().decode("ascii")
     except UnicodeDecodeError as error:
         rule = "a program in ASCII, as controllers read it"
         raise checks.refuse("path", rule, f"{file.name} with byte {error.start}") from None
-    return read_text(text)
 
 
 def read_text(text: str) -> ProgramPath:
