@@ -17,6 +17,7 @@ from centering.cycle._strategy.belief import FrictionScaleBelief
 from centering.cycle._strategy.belief_kernels import learned
 from centering.cycle._strategy.density import lower_end, moments, prior, widened
 from centering.cycle._strategy.draw_kernels import push_once, waiting_time
+from centering.cycle._strategy.lookup_kernels import choose
 from centering.cycle._strategy.outcome_kernels import FINE
 from centering.cycle._strategy.outcomes import FRICTION_SCALES
 from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, prepared, solved
@@ -69,6 +70,7 @@ __all__ = [
     "at",
     "back",
     "braking_speed",
+    "choose",
     "cycle_controller",
     "cycle_next",
     "draws",

@@ -12,6 +12,7 @@ from push_inside import (
     WORTH,
     KindOfPush,
     Size,
+    choose,
     draws,
     learned,
     moments,
@@ -194,3 +195,16 @@ def test_two_values_share_the_friction_of_their_push():
 def test_travels_at_the_scales_of_the_table(stroke):
     expected = [TABLE.expected(0, stroke, float(scale)) for scale in FRICTION_SCALES]
     np.testing.assert_allclose(TABLE.travels(0, stroke), expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("offset", "friction"), [(np.nan, 1.0), (0.5, np.nan)])
+def test_a_state_that_is_no_number_is_no_place_in_a_table(offset, friction):
+    """Its integer would be an index far outside: another one on each processor."""
+    nodes, travel = np.array([-3.0, 0.1, -0.5, 0.1]), np.cumsum(np.ones((2, 30, 8)), axis=1)
+    policy = np.zeros((1, 5, 4), np.int64), np.full((1, 5, 4), 0.5)
+    outcomes = travel, travel, np.array([20, 20]), nodes
+    axes = (-3.0, 0.5, 5, 0.5, 0.25, 4)
+    known = choose(policy, outcomes, np.ones(5), axes, 0.5, 1.0, 0)
+    assert known[0] == 0 and known[1] == 0.25 and np.isfinite(known[2:]).all()
+    kind, *rest = choose(policy, outcomes, np.ones(5), axes, offset, friction, 0)
+    assert kind == -1 and np.isnan(rest).all()

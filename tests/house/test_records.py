@@ -1,6 +1,7 @@
 """Files give back what was put in."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,3 +81,14 @@ def test_a_device_is_no_file_and_a_link_stays_one(tmp_path):
         temporary.write_text("after")
     assert (tmp_path / "link.nc").is_symlink()
     assert (tmp_path / "there.nc").read_text() == "after"
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="the system does not list open files")
+def test_a_saved_and_loaded_file_is_closed(tmp_path):
+    data = xr.Dataset({"x": ("k", [1.0])})
+    records.write(data, tmp_path / "file.nc", "test")
+    before = sorted(Path("/proc/self/fd").iterdir())
+    for _ in range(3):
+        records.write(data, tmp_path / "file.nc", "test")
+        records.read(tmp_path / "file.nc")
+    assert sorted(Path("/proc/self/fd").iterdir()) == before

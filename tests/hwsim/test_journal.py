@@ -344,6 +344,17 @@ def test_a_journal_of_the_first_version_is_carried_on(tmp_path):
             hwsim.run(plant, controller, parts=3, rng=rng, journal=path)
 
 
+def test_a_part_is_written_once_into_a_journal_of_the_first_version(tmp_path):
+    path = tmp_path / "run.db"
+    path.write_bytes(OLD.read_bytes())
+    with pytest.warns(sdpgrind.OldFileWarning), hwsim.Journal(path) as journal:
+        parts = journal.parts
+        (part, *_) = journal.read()
+        with pytest.raises(RuntimeError, match=r"part 0 is in .*run\.db. already: another run is writing"):
+            journal.add(0, part)
+        assert journal.parts == parts
+
+
 def of_exact_numbers():
     """A problem without a number from LAPACK, whose last bits differ between processors."""
     problem = finishing.preset("specimen")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plunge_inside import control_step, filter_state
 from plunge_inside import envelope_kernels as rule
-from plunge_inside import filter_state
 from plunge_inside import state as places
 from plunge_twins import Filter, SafePosition
 
@@ -57,6 +57,14 @@ def parts(problem, seed, twin, controller):
         twin.read(math.nan if rejected else size, math.nan if clipped else power)
         yield machine
         reading = machine.step(command, 1)
+
+
+def test_a_state_that_was_never_started_ends_the_part():
+    """Its stiffness is 0, by which the step divides: in C that would be a part at the full rate."""
+    controller = plunge.CycleController(PROBLEM)
+    state = np.zeros(places.STATES)
+    assert control_step(state, controller.law, 0.0, math.nan) == 0.0
+    assert state[places.SECTION] == places.RETRACT
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -73,10 +73,11 @@ def test_spawned_processes(serial, workers):
 
 @pytest.mark.slow
 def test_dask(serial):
+    """Two blocks at a time in one process beside this one: a second process would import all once more."""
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
+            n_workers=1, threads_per_worker=2, processes=True, dashboard_address="127.0.0.1:0"
         ) as cluster,
         distributed.Client(cluster) as client,
     ):

@@ -135,6 +135,25 @@ def test_same_bits_again_and_in_copies():
     assert controller.programs[1] == 0
 
 
+def test_every_program_takes_whole_rounds_of_iterations_and_no_polishing(monkeypatch):
+    """What generated code does; a fixed number of iterations bounds its time."""
+    controller = force.PredictiveController(
+        sine(), LAW, limits=force.Limits(command_max=0.70, command_rate_max=3.0)
+    )
+    solve, told = force.PredictiveController._solve, []
+
+    def spy(self, *program):
+        found = solve(self, *program)
+        told.append(self._solver.solve(raise_error=False).info)  # again, from the solution
+        return found
+
+    monkeypatch.setattr(force.PredictiveController, "_solve", spy)
+    force.simulate_loop(controller, duration=1.0)
+    assert told and {info.iter for info in told} == {500}
+    assert {info.status_polish for info in told} == {0}
+    assert max(info.prim_res for info in told) < 1e-6 and controller.programs[1] == 0
+
+
 def test_messages():
     with pytest.raises(TypeError, match="predictive must be a Predictive"):
         force.PredictiveController(sine(), LAW.loop)

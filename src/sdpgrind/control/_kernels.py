@@ -18,7 +18,7 @@ class LawCore(NamedTuple):
     L: Floats
 
 
-@compiled
+@compiled(error_model="numpy")
 def law_output(core, state, error):
     """Command of a law for an error, its state unchanged."""
     total = core.D * error
@@ -27,7 +27,7 @@ def law_output(core, state, error):
     return total
 
 
-@compiled
+@compiled(error_model="numpy")
 def law_update(core, state, error, missed, work):
     """Advance the state of a law in place; `missed` is the applied minus the requested command."""
     order = core.B.size

@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.forecast_kernels import arc_needed
-from centering.circle._estimator.kernels import COMPLETE, MOVED, SHIFTED, run, take
-from centering.circle._estimator.restart_kernels import carry_radius, restart
+from centering.circle._estimator.restart_kernels import carry_radius
 from centering.circle._estimator.settings import empty_state, refusal, write_quantiles
-from centering.circle._estimator.start_kernels import clear, end_start
+from centering.circle._estimator.start_kernels import clear
+from centering.circle._estimator.update_kernels import run, update_step
 from centering.circle._estimator.validity import evidence_of, limited_by, scale_of, sentence, unknown
 from centering.circle._estimator.validity_kernels import holds_axis, judge
 from centering.circle._fit.arguments import flag, pairs, radius_and_sd
@@ -159,9 +159,9 @@ class GeometryEstimator:
             curve); the state is then unchanged.
         """
         try:
-            code = take(self._state, float(angle + 0.0), float(reading + 0.0))
+            code = update_step(self._state, float(angle + 0.0), float(reading + 0.0))
         except TypeError:
-            code = take(
+            code = update_step(
                 self._state, checks.number("angle", angle, "rad"), checks.number("reading", reading, "mm")
             )
         if code != 0:
@@ -258,7 +258,6 @@ class GeometryEstimator:
             done, code, valid = run(self._state, angles, readings, done, until_valid)
             if code != 0:
                 self._note(code, angles[done - 1], readings[done - 1])
-                valid = until_valid and self.valid
             if valid:
                 return int(done) - 1
         return None
@@ -267,10 +266,6 @@ class GeometryEstimator:
         """Raise for an invalid reading, or update the refused ones: a later screening may accept some."""
         if code < 0:
             raise refusal(code, angle, reading)
-        if code == COMPLETE:
-            end_start(self._state)
-        elif code in (MOVED, SHIFTED):
-            restart(self._state, code == SHIFTED)
         cells = self._state[at.RING_AT : at.TAIL].reshape(at.RING, at.CELL)
         for cell in cells[: int(self._state[at.SEEN])]:
             if cell[2]:

@@ -89,7 +89,7 @@ def _write_waves(state, x, y, vector):
     c, s = x / away, y / away
     cosine, sine, upr, column = c * vector[0], s * vector[0], 1, 3
     for n in range(at.WAVES):
-        while upr < int(state[at.WAVES_AT + n]):
+        while upr < int(state[at.WAVES_AT + n]):  # at most int(state[at.WAVES_AT + n])
             cosine, sine = cosine * c - sine * s, sine * c + cosine * s
             upr += 1
         vector[column], vector[column + 1] = cosine, sine

@@ -13,9 +13,7 @@ import numpy as np
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.form_kernels import _gather
 from centering.circle._estimator.move_kernels import _has_moved, _keep
-from centering.circle._estimator.noise_kernels import _arrays
-from centering.circle._estimator.uncounted import uncounted
-from centering.circle._estimator.validity_kernels import LEAST_RATIO, MOST_RATIO, judge
+from centering.circle._estimator.validity_kernels import LEAST_RATIO, MOST_RATIO
 from sdpgrind.base.compiling.compiled import compiled
 
 TAKEN, REFUSED, COMPLETE, MOVED, SHIFTED = range(5)
@@ -317,7 +315,10 @@ def _see_step(state, reading):
 
 @compiled(error_model="numpy")
 def _take(state, array, row, angle, reading):
-    """Take a reading; return its outcome, or a negative code and an unchanged state if it is invalid."""
+    """Take a reading; return its outcome, or a negative code and an unchanged state if it is invalid.
+
+    What follows of an outcome is left to `update_step`.
+    """
     code = _objection(state, angle, reading)
     if code != TAKEN:
         return code
@@ -340,28 +341,3 @@ def _take(state, array, row, angle, reading):
     if int(state[at.SEEN]) % at.RING == 0:
         return COMPLETE if state[at.SEEN] == at.RING else SHIFTED if _has_moved(state, array) else TAKEN
     return TAKEN
-
-
-@compiled(error_model="numpy")
-def take(state, angle, reading):
-    """Take one reading; return its outcome."""
-    state = uncounted(state)
-    rows = _arrays(state)
-    return _take(state, rows[:3], rows[15], angle, reading)
-
-
-@compiled(error_model="numpy")
-def run(state, angle, reading, start, until_valid):
-    """Take readings from index `start` until one needs attention or, if asked, makes the estimate valid.
-
-    Returns the index after the last reading, its outcome, and whether it made the estimate valid.
-    """
-    state = uncounted(state)
-    rows = _arrays(state)
-    array, row = rows[:3], rows[15]
-    for i in range(start, angle.shape[0]):
-        code = _take(state, array, row, angle[i], reading[i])
-        valid = until_valid and code == TAKEN and judge(state, state[at.ARC_MIN])
-        if code != TAKEN or valid:
-            return i + 1, code, valid
-    return angle.shape[0], TAKEN, False

@@ -25,20 +25,23 @@ def restart(state, shifted):
     if state[at.SEEN] > 2.0 * at.RING:
         _go_back(state)
         carry_radius(state)
-    latest = _since_moved(state, evidence)
+    latest = np.empty((at.RING, at.CELL))
+    length = _since_moved(state, evidence, latest)
     way = state[at.TRAVEL]
     clear(state)
     state[at.TRAVEL] = way
     state[at.RESTARTS] += 1.0
     number = state[at.INDEX]
-    for i in range(latest.shape[0]):
+    for i in range(length):
         state[at.INDEX] = latest[i, 4]
         _again(state, latest[i], latest[i - 1] if i > 0 else latest[i])
     state[at.INDEX] = number
     if state[at.SEEN] == at.RING:
         end_start(state)
     else:
-        _replay(state, np.ones(at.RING))
+        for i in range(at.RING):
+            evidence[i] = 1.0  # all readings are taken alike
+        _replay(state, evidence)
 
 
 @compiled(error_model="numpy")
@@ -70,19 +73,18 @@ def _write_evidence(state, shifted, evidence):
 
 
 @compiled(error_model="numpy")
-def _since_moved(state, evidence):
-    """Latest readings whose summed evidence is largest; oldest first."""
+def _since_moved(state, evidence, out):
+    """Write the latest readings whose summed evidence is largest, oldest first; return their number."""
     cells, newest = _ring(state), int(state[at.SEEN]) - 1
     best, total, length = -np.inf, 0.0, 1
     for k in range(at.RING):
         total += evidence[k]
         if total >= best:
             best, length = total, k + 1
-    out = np.empty((length, at.CELL))
     for k in range(length):
         for j in range(at.CELL):
             out[k, j] = cells[(newest - length + 1 + k) % at.RING, j]
-    return out
+    return length
 
 
 @compiled(error_model="numpy")

@@ -128,7 +128,7 @@ def _median(values, size):
     """Median of the first values, which are sorted in place."""
     for i in range(1, size):
         value, j = values[i], i
-        while j > 0 and values[j - 1] > value:
+        while j > 0 and values[j - 1] > value:  # at most at.RING
             values[j] = values[j - 1]
             j -= 1
         values[j] = value
@@ -200,7 +200,8 @@ def _write_errors(state, places, three, value, error, least):
     rows, far = _arrays(state), 0
     array, row = rows[:3], rows[15]
     _empty(array)
-    for i in three:
+    for n in range(3):
+        i = three[n]
         _write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
         rotate(array, row)
     back_substitute(array, 3, value)

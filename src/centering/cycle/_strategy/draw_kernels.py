@@ -6,14 +6,14 @@ from centering.cycle._strategy.outcome_kernels import scale_cell, stroke_for, tr
 from sdpgrind.base.compiling.compiled import compiled
 
 
-@compiled
+@compiled(error_model="numpy")
 def _between(values, i):
     """Linear interpolation at a fractional index."""
     a = min(int(i), values.size - 2)
     return values[a] + (i - a) * (values[a + 1] - values[a])
 
 
-@compiled
+@compiled(error_model="numpy")
 def table_speed(speeds, axis, offset):
     """Table speed (rad/s) at an offset (mm), linear in its log; `axis` = (log low, step) of the offset."""
     return _between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))

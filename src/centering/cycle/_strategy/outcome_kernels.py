@@ -13,7 +13,7 @@ def _scale_at(grid, j):
     return 1.0 + FINE * np.sinh(grid[2] + grid[3] * j)
 
 
-@compiled
+@compiled(error_model="numpy")
 def scale_cell(grid, scale, scales):
     """Cell of a friction scale among `scales` nodes, and the position in it."""
     j = min(max((np.arcsinh((scale - 1.0) / FINE) - grid[2]) / grid[3], 0.0), scales - 1.0)
@@ -44,14 +44,14 @@ def travel_in_cell(table, grid, stroke, b, y):
     return (1.0 - y) * low + y * ((1.0 - x) * table[a, b + 1] + x * table[a + 1, b + 1])
 
 
-@compiled
+@compiled(error_model="numpy")
 def stroke_for(mean, grid, last, scale, travel):
     """Least stroke (mm) with mean travel `travel` (mm) at a scale; infinite: none up to node `last`."""
     b, y = scale_cell(grid, scale, mean.shape[1])
     if (1.0 - y) * mean[last, b] + y * mean[last, b + 1] < travel:
         return np.inf
     low, high = -1, last
-    while high - low > 1:
+    while high - low > 1:  # at most 64
         middle = (low + high) // 2
         if (1.0 - y) * mean[middle, b] + y * mean[middle, b + 1] < travel:
             low = middle

@@ -16,19 +16,18 @@ from sdpgrind.base.controllers import Stateful
 from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, units_of
 from sdpgrind.base.states import floats, places
 from sdpgrind.finishing.torque._axis import TorqueAxis, true_axis
-from sdpgrind.finishing.torque._controller_kernels import controller_step, torque_at
+from sdpgrind.finishing.torque._controller_kernels import command_step, torque_at
 from sdpgrind.finishing.torque._gains import Gains
 from sdpgrind.finishing.torque._law import KINDS, OBSERVERS, Setting, TorqueLaw, setting
 from sdpgrind.finishing.torque._loop import AxisLoop
 from sdpgrind.finishing.torque._model import continuous, sampled
 from sdpgrind.finishing.torque._poles import AxisPoles, check_stable, poles_of
 from sdpgrind.finishing.torque._reference import TorqueReference, reference
-from sdpgrind.finishing.torque._states import CONTROLLER, LAW
+from sdpgrind.finishing.torque._states import CONTROLLER
 
 _UNDAMPED = 0.5  # s, chosen: waiting time for an undamped contact
 _DIGEST = 12  # chosen: hexadecimal digits
-_COUNT, _PATH_TIME, _ESTIMATE, _REFERENCE = places(CONTROLLER, "count", "path_time", "estimate", "reference")
-(_SETTLE_STEPS,) = places(LAW, "settle_steps")
+_PATH_TIME, _ESTIMATE, _REFERENCE = places(CONTROLLER, "path_time", "estimate", "reference")
 
 
 @described(eq=False)
@@ -237,14 +236,13 @@ class TorqueController(Stateful, Described):
             raise checks.refuse(
                 "observer", "'pid' or 'state' on a machine: no sensor has the true contact torque", "ideal"
             )
-        current = controller_step(
-            law.parameters, state, float(motor_angle), float(path_time), law.time, law.torque, 0.0, 0.0
+        current, override, starts = command_step(
+            law.parameters, state, float(motor_angle), float(path_time), law.time, law.torque
         )
         if self.motion is None:
             return {"current": current}
-        count = state[_COUNT]
-        command = {"current": current, "feed_override": 1.0 if count > law.parameters[_SETTLE_STEPS] else 0.0}
-        return {**command, "motion": self.motion.profile} if count == 1.0 else command
+        command = {"current": current, "feed_override": override}
+        return {**command, "motion": self.motion.profile} if starts else command
 
     def report(self) -> dict[str, float]:
         """Return estimate and reference of the contact torque, N m."""

@@ -6,7 +6,7 @@ from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.finishing.torque import _states as at
 
 
-@compiled
+@compiled(error_model="numpy")
 def controller_step(law, state, motor_angle, path_time, time, torque, true_torque, true_speed):
     """Return the current (A) of a sample with the reference along a motion.
 
@@ -27,24 +27,36 @@ def controller_step(law, state, motor_angle, path_time, time, torque, true_torqu
     return _controller_step(known, s, motor_angle, path_time, time, torque, true_torque, true_speed)
 
 
-@compiled
+@compiled(error_model="numpy")
+def command_step(law, state, motor_angle, path_time, time, torque):
+    """Return all that a controller commands in a sample: current (A), feed override, start of the motion.
+
+    Arguments are those of `controller_step`. Override and start are 0 or 1; the motion starts with the first
+    sample, and waits there until the override is 1.
+    """
+    known, s = law.view(at.LAW)[0], state.view(at.CONTROLLER)[0]
+    current = _controller_step(known, s, motor_angle, path_time, time, torque, 0.0, 0.0)
+    return current, _feed_override(known, s), 1.0 if s.count == 1.0 else 0.0
+
+
+@compiled(error_model="numpy")
 def _controller_step(law, s, motor_angle, path_time, time, torque, true_torque, true_speed):
     """`controller_step` on records; loops view law and state once and call this."""
     return _sample(law, s, motor_angle, _torque_at(time, torque, path_time, s), true_torque, true_speed)
 
 
-@compiled
+@compiled(error_model="numpy")
 def feed_override(law, state):
     """Return 1.0 once the contact has settled, else 0.0."""
     return _feed_override(law.view(at.LAW)[0], state.view(at.CONTROLLER)[0])
 
 
-@compiled
+@compiled(error_model="numpy")
 def _feed_override(law, s):
     return 1.0 if s.count > law.settle_steps else 0.0
 
 
-@compiled
+@compiled(error_model="numpy")
 def torque_at(time, torque, path_time, state):
     """Return the torque reference (N m) at a time of the motion (s): linear inside it, constant beyond.
 
@@ -60,15 +72,15 @@ def torque_at(time, torque, path_time, state):
     return _torque_at(time, torque, path_time, state.view(at.CONTROLLER)[0])
 
 
-@compiled
+@compiled(error_model="numpy")
 def _torque_at(time, torque, path_time, s):
     if np.isnan(path_time):
         path_time = s.path_time
     s.path_time = path_time
     k, last = int(s.index), time.size - 1
-    while k > 0 and time[k] > path_time:
+    while k > 0 and time[k] > path_time:  # at most time.size
         k -= 1
-    while k < last and time[k + 1] <= path_time:
+    while k < last and time[k + 1] <= path_time:  # at most time.size
         k += 1
     s.index = k
     if k == last or path_time <= time[k]:
@@ -76,7 +88,7 @@ def _torque_at(time, torque, path_time, s):
     return torque[k] + (torque[k + 1] - torque[k]) * ((path_time - time[k]) / (time[k + 1] - time[k]))
 
 
-@compiled
+@compiled(error_model="numpy")
 def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_speed):
     """Return the current (A), quantised and clipped, of a sample with a torque reference.
 
@@ -96,7 +108,7 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
     )
 
 
-@compiled
+@compiled(error_model="numpy")
 def _sample(law, s, motor_angle, torque_ref, true_torque, true_speed):
     """`controller_sample` on records."""
     step = law.sample_time
@@ -123,7 +135,7 @@ def _sample(law, s, motor_angle, torque_ref, true_torque, true_speed):
     return current
 
 
-@compiled
+@compiled(error_model="numpy")
 def _begin(law, s, motor_angle):
     """Start the observer at the first reading, whatever the zero of the encoder, without contact."""
     if np.isfinite(motor_angle):
@@ -133,7 +145,7 @@ def _begin(law, s, motor_angle):
             s.obs_torque = -law.stiffness * motor_angle
 
 
-@compiled
+@compiled(error_model="numpy")
 def _limited(law, torque):
     """Current (A) of a torque (N m), in steps of the converter and within the limit."""
     current = torque / law.motor_constant
@@ -144,7 +156,7 @@ def _limited(law, torque):
     return min(max(current, -most), most)
 
 
-@compiled
+@compiled(error_model="numpy")
 def _pidff(law, s, true_torque, true_speed):
     """PID on the torque error, derivative by k_e omega, feedforward of the reference: Wang (6)."""
     torque, speed = true_torque, true_speed
@@ -170,7 +182,7 @@ def _pidff(law, s, true_torque, true_speed):
     return current
 
 
-@compiled
+@compiled(error_model="numpy")
 def _observed(law, s):
     """Estimate the torque, and return the correction of the observer's motor, N m: Wang (9), corrected."""
     error = s.reading - s.obs_angle
@@ -183,7 +195,7 @@ def _observed(law, s):
     return error
 
 
-@compiled
+@compiled(error_model="numpy")
 def _foresee(law, s, current, pull):
     """Advance the observer by the actual current."""
     step, inertia = law.sample_time, law.inertia
@@ -199,7 +211,7 @@ def _foresee(law, s, current, pull):
     s.obs_torque -= step * law.obs_ki * pull
 
 
-@compiled
+@compiled(error_model="numpy")
 def _damped(law, s):
     """Reference less damping by the high-passed speed."""
     speed = s.motion_speed
@@ -209,7 +221,7 @@ def _damped(law, s):
     return current
 
 
-@compiled
+@compiled(error_model="numpy")
 def _lqg(law, s):
     """Kalman filter over angle, speed, contact torque less k_e theta, and its rate; then state feedback."""
     error = s.reading - s.obs_angle
@@ -229,7 +241,7 @@ def _lqg(law, s):
     return current
 
 
-@compiled
+@compiled(error_model="numpy")
 def _ahead(law, i, angle, speed, offset, rate, drive):
     """Prediction of one state of the filter over a sample."""
     row = 4 * i

@@ -13,10 +13,11 @@ from scipy.linalg import null_space
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.controllers import Stateful
 from sdpgrind.locus._control.area_start import hidden_at, start_place
-from sdpgrind.locus._control.readings import PATIENCE, counted, settled, usable
+from sdpgrind.locus._control.readings import counted, settled, usable
 from sdpgrind.locus._curve.area import Area
 from sdpgrind.locus._curve.changed import fixed, tightened
 from sdpgrind.locus._curve.point import Point
+from sdpgrind.locus._path.walk_kernels import PATIENCE
 from sdpgrind.locus._problem.tape_kernels import run_many
 
 ROUNDING = 1e-9  # chosen: scaled; a smaller step beyond an end of a range, or for a state, is none

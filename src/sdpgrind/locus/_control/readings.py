@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.locus._path.walk_kernels import PATIENCE, SETTLED
 
-SETTLED = 0.05  # chosen: relative distance to the command; less would let a slow axis wait for `PATIENCE`
-PATIENCE = 20  # chosen: samples; a coordinate that never settles must not stop the control of the response
 HOLDS, STARTS = ("none", "settled"), ("feasible", "learned")
 
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
-from sdpgrind.locus._control.readings import PATIENCE, counted, settled, usable
+from sdpgrind.locus._control.readings import usable
 from sdpgrind.locus._path import law_kernels as core
+from sdpgrind.locus._path import walk_kernels as kernels
 from sdpgrind.locus._path.inverse import balanced, hidden_of
 from sdpgrind.locus._path.stretch import Stretch
 
@@ -108,19 +109,37 @@ class Walking(Stateful):
         if name not in measurement:
             raise ValueError(f"measurement must have {name!r}; got {', '.join(measurement) or 'nothing'}")
         reading = usable(name, measurement[name])
-        core.follow(self.state, self.law)
-        actual = self._actual(usable(self.stretch.along, measurement.get(self.stretch.along, nan)))
-        if self._counts(actual):
-            base = float(self.state[core.PLACE]) if actual is None or self.at == "command" else actual
-            self._move(reading, base)
-            self._watch()
-        return self.command
+        measured = usable(self.stretch.along, measurement.get(self.stretch.along, nan))
+        row = np.empty(len(self.stretch.names) + 3)
+        if self.walk.tape.size and self.method == "feedback":
+            told = kernels.walk_step(self.state, self.law, self.walk, reading, measured, row)
+        else:
+            told = self._walked(reading, measured, row)
+        if told == kernels.EXHAUSTED:
+            warnings.warn(self._exhausted(), stacklevel=2)
+        return dict(zip(self.stretch.names, row[: len(self.stretch.names)].tolist(), strict=True))
 
-    def _watch(self) -> None:
-        """Count readings beyond the limit at an end of the stretch; warn once after `PATIENCE` of them."""
-        self.state[core.HELD] = self.state[core.HELD] + 1.0 if self._saturated and self._slack < 0 else 0.0
-        if self.state[core.HELD] == PATIENCE:
-            warnings.warn(self._exhausted(), stacklevel=3)
+    def _walked(self, reading: float, measured: float, row: Floats) -> int:
+        """Take a sample as `walk_step` by functions in Python: those of a stretch, or of the inversion."""
+        state, law, walk, told = self.state, self.law, self.walk, kernels.WAITING
+        core.follow(state, law)
+        actual = kernels.place_of(state, walk, measured)
+        if kernels.counts(state, walk, actual):
+            place = float(state[core.PLACE])
+            base = place if walk.at_command else actual
+            kernels.row_at(walk, place, row)
+            if self.method == "inversion":
+                self._invert(reading, self._controls(row, base), row[-3])
+                told = kernels.watch(state, law, self.margin)
+            else:
+                limit = row[-2] if base == place else self._limit(row, base)
+                told = kernels.move(state, law, walk, reading, base, limit)
+        kernels.row_at(walk, state[core.PLACE], row)
+        return told
+
+    def _limit(self, row: Floats, base: float) -> float:
+        """Return the limit with the coordinate at its actual value."""
+        return float(self.stretch.values(self._controls(row, base)[None], row[-3:-2])[1][0])
 
     def _exhausted(self) -> str:
         """Return the text of the warning of `_watch`."""
@@ -132,7 +151,7 @@ class Walking(Stateful):
             else f"the curve is planned for a wider range of {stretch.hidden_name}"
         )
         return (
-            f"the limit has been exceeded in {PATIENCE} readings in a row,"
+            f"the limit has been exceeded in {kernels.PATIENCE} readings in a row,"
             + f" now by {-self._slack:.3g} {unit}".rstrip()
             + f", while {stretch.along} stands at the end of its stretch, {place:.6g} {stretch.unit}".rstrip()
             + f": it can give more where {way}"
@@ -146,43 +165,34 @@ class Walking(Stateful):
     @property
     def _saturated(self) -> bool:
         """Whether the last used reading demanded a coordinate beyond the end of the stretch."""
-        place, error = float(self.state[core.PLACE]), float(self.state[core.LAST])
-        onward = self.law.direction * error if self.state[core.UPDATES] else 0.0
-        return (place <= self.law.low and onward < 0) or (place >= self.law.high and onward > 0)
+        return bool(kernels.saturated(self.state, self.law))
 
-    def _actual(self, measured: float) -> float | None:
-        """Return the actual coordinate, measured or estimated; None: it equals its command."""
-        if self.stretch.along in self.stretch.names and not isnan(measured):
-            return float(measured)
-        return float(self.state[core.ACTUAL]) if self.lag else None
-
-    def _counts(self, actual: float | None) -> bool:
-        """Return whether the law uses this reading; see `hold`."""
-        waited = float(self.state[core.WAITED])
-        near = actual is None or settled(actual, float(self.state[core.PLACE]))
-        counts = counted(self.hold, self.period, float(self.state[core.SAMPLES]), waited, near)
-        self.state[core.WAITED] = 0.0 if counts else waited + 1.0
-        return counts
-
-    def _move(self, reading: float, base: float) -> None:
-        place = float(self.state[core.PLACE])
-        row = self.stretch.rows(place)
-        n = len(self.stretch.names)
-        if self.method == "inversion":
-            self._invert(reading, self._controls(row[:n], base), row[n])
-        elif base == place:
-            core.advance(self.state, self.law, row[n + 1] - self.margin - reading, place)
-        else:
-            limit = self.stretch.values(self._controls(row[:n], base)[None], row[n : n + 1])[1]
-            onward = base if self.law.scheduled else place  # fixed gains add up commands, as (36) does
-            core.advance(self.state, self.law, float(limit[0]) - self.margin - reading, onward)
-
-    def _controls(self, controls: Floats, base: float) -> Floats:
+    def _controls(self, row: Floats, base: float) -> Floats:
         """Return the controls with the coordinate replaced by its actual value."""
-        actual = controls.copy()
+        actual = row[: len(self.stretch.names)].copy()
         if self.stretch.along in self.stretch.names:
             actual[self.stretch.names.index(self.stretch.along)] = base
         return actual
+
+    @cached_property
+    def walk(self) -> kernels.Walk:
+        """What a sample needs beside `law`, in the user's units."""
+        stretch, timed = self.stretch, not isinstance(self.hold, str)
+        tape, limit = getattr(stretch.values, "limit_tape", (np.zeros(0), 0))
+        return kernels.Walk(
+            table=stretch.table.packed,
+            tape=tape,
+            limit=limit,
+            column=stretch.names.index(stretch.along) if stretch.along in stretch.names else -1,
+            least=stretch.low,
+            greatest=stretch.high,
+            margin=float(self.margin),
+            hold=kernels.AFTER if timed else kernels.NEAR if self.hold == "settled" else kernels.ALL,
+            time=float(self.hold) if timed else 0.0,
+            period=self.period or 0.0,
+            lagging=self.lag > 0.0,
+            at_command=self.at == "command",
+        )
 
     def _invert(self, reading: float, controls: Floats, hidden: float) -> None:
         self.state[core.UPDATES] = float(not isnan(reading))

@@ -148,3 +148,9 @@ class _Model:
     def __call__(self, controls: Floats, hidden: Floats) -> tuple[Floats, Floats]:
         _, response, limit = self.problem.system.values(controls, np.asarray(hidden)[..., None])
         return response[..., self.j], limit[..., self.j]
+
+    @property
+    def limit_tape(self) -> tuple[Floats, int]:
+        """Tape by controls and hidden state, and the place of the limit among its outputs, for kernels."""
+        system = self.problem.system
+        return system.value_tape, 1 + system.m + self.j

@@ -43,7 +43,7 @@ def _find(value, knots, values, slopes):
     """Return the coordinate at which a monotone column has a value, clamped: safeguarded Newton."""
     rising = values[-1] > values[0]
     low, high = 0, knots.size - 1
-    while high - low > 1:
+    while high - low > 1:  # at most 64
         middle = (low + high) // 2
         if (values[middle] <= value) == rising:
             low = middle
@@ -115,7 +115,7 @@ def advance(state, law, error, base):
     return state[PLACE]
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _gain_at(law, place):
     """Return the integral gain at a coordinate."""
     if not law.scheduled:

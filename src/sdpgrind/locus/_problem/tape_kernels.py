@@ -28,6 +28,12 @@ def work_size(tape):
 
 
 @compiled(error_model="numpy")
+def output_size(tape):
+    """Return the number of outputs of `run`."""
+    return tape[:COUNTS].view(np.int64)[1]
+
+
+@compiled(error_model="numpy")
 def run(tape, inputs, work, out):
     """Evaluate a tape at flat `inputs` into flat `out`, by columns; `work` has at least `work_size` numbers.
 

@@ -46,7 +46,7 @@ def _cell(packed, key):
     return np.int64((key - packed[3]) * packed[4])
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _locate(packed, key):
     """Return the interval of a key: guide, then bisection."""
     whole = packed.view(np.int64)
@@ -54,7 +54,7 @@ def _locate(packed, key):
     guide = HEAD + n_node * (1 + 2 * n_column)
     cell = min(_cell(packed, key), whole[2] - 1)
     low, high = whole[guide + cell], whole[guide + cell + 1] + 1
-    while high - low > 1:
+    while high - low > 1:  # at most 64
         middle = (low + high) // 2
         if key < packed[HEAD + middle]:
             high = middle
@@ -83,7 +83,7 @@ def look_up(packed, key, out):
     return BELOW if below else ABOVE
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _interpolate(packed, k, key, out):
     """Fill `out` with the cubic of interval k."""
     whole = packed.view(np.int64)

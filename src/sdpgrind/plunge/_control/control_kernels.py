@@ -26,7 +26,7 @@ from sdpgrind.plunge._control.state import (
 )
 
 
-@compiled
+@compiled(error_model="numpy")
 def start_control(state, parameters):
     """Reset the state for the next part."""
     law = parameters.view(LAW)[0]
@@ -38,7 +38,7 @@ def start_control(state, parameters):
         start_cycle(state, state[FILTERED:].view(FILTER)[0], law)
 
 
-@compiled
+@compiled(error_model="numpy")
 def control_step(state, parameters, size, power):
     """Update the state by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
     law = parameters.view(LAW)[0]
@@ -51,7 +51,7 @@ def control_step(state, parameters, size, power):
     return state[COMMAND]
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _usable(state, law, size):
     """Whether the size is read, not frozen and free of jumps beyond noise and feed; count the rejected."""
     last, noise = state[SIZE], OUTLYING * law.size_sd

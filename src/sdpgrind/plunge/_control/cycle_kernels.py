@@ -46,7 +46,7 @@ WAITED = 0.6
 WAIT = 1.004  # chosen: rate at the end over the final rate; a smaller value waits longer at size
 
 
-@compiled
+@compiled(error_model="numpy")
 def start_cycle(state, s, law):
     """Reset axis and filter for the next part."""
     state[TOUCHED] = NO if law.online else YES  # without estimation the wheel touches where it should
@@ -55,7 +55,7 @@ def start_cycle(state, s, law):
     believe(s, law)
 
 
-@compiled
+@compiled(error_model="numpy")
 def believe(s, law):
     """Set the estimates of the filter to what is believed before contact."""
     s.mean[:] = 0.0
@@ -66,7 +66,7 @@ def believe(s, law):
     s.cov[WEAR * SIZE_OF + WEAR], s.cov[GAIN * SIZE_OF + GAIN] = law.wear_sd**2, law.gain_sd**2
 
 
-@compiled
+@compiled(error_model="numpy")
 def moved(trail, u, duration, lag):
     """Way (mm) of the axis in a duration (s) at a command (mm/s): exact for a ramp through a lag (s)."""
     if lag <= 0.0:
@@ -74,7 +74,7 @@ def moved(trail, u, duration, lag):
     return u * duration + (trail - u * lag) * -np.expm1(-duration / lag)
 
 
-@compiled
+@compiled(error_model="numpy")
 def advance_axis(state, s, law):
     """Send the last command; move the axis by the one that is due; predict the part."""
     u, dt, delay = state[COMMAND], law.sample_time, int(law.feed_delay)
@@ -91,7 +91,7 @@ def advance_axis(state, s, law):
         predict(s, law, before, middle)
 
 
-@compiled
+@compiled(error_model="numpy")
 def in_air(state, s, law, size, power):
     """Average sizes before contact; look for the contact by power, or by the command without power.
 
@@ -120,7 +120,7 @@ def in_air(state, s, law, size, power):
         state[TOUCHED] = BELIEVED
 
 
-@compiled
+@compiled(error_model="numpy")
 def load(s, law, mean, way, variance):
     """Set the load (mm) and its variance where the axis is a way (mm) beyond the stock: w = x - k way."""
     s.mean[C] = mean
@@ -128,7 +128,7 @@ def load(s, law, mean, way, variance):
     s.cov[C * SIZE_OF + K] = s.cov[K * SIZE_OF + C] = -way * law.scale_sd**2
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _grown(state, law, size):
     """Whether a size (mm) is beyond the mean of those before, noise and the feed of a sample."""
     return (
@@ -137,7 +137,7 @@ def _grown(state, law, size):
     )
 
 
-@compiled
+@compiled(error_model="numpy")
 def touch_by_power(s, law, x, noise, power):
     """Set the contact by a deflection x of the model and its noise (mm), which a power (W) shows."""
     late = law.sample_time + law.feed_lag + 2.0 * law.power_lag
@@ -150,7 +150,7 @@ def touch_by_power(s, law, x, noise, power):
     s.cov[SHOWN * SIZE_OF + SHOWN] = (watts * noise) ** 2
 
 
-@compiled
+@compiled(error_model="numpy")
 def observe(state, s, law, size):
     """Correct stock and contact by a size (mm) with a constant gain; the deflection is that of the model."""
     gain = 1.0 if state[COMMANDED] == 0.0 else law.gain  # a part may come with more or less stock
@@ -159,7 +159,7 @@ def observe(state, s, law, size):
     s.mean[C] += (1.0 + s.mean[WEAR]) * off
 
 
-@compiled
+@compiled(error_model="numpy")
 def read_all(state, s, law, size, power, usable):
     """Correct the estimates by size (mm) and power (W), NaN: no reading."""
     if not law.online:
@@ -178,7 +178,7 @@ def read_all(state, s, law, size, power, usable):
             read_power(s, law, power, s.axis)
 
 
-@compiled
+@compiled(error_model="numpy")
 def ahead(s, law, x, core):
     """Stock (mm) that goes at least before the next command acts: at a deflection x (mm), nothing fed."""
     until = law.sample_time * (law.feed_delay + 1.0)
@@ -186,7 +186,7 @@ def ahead(s, law, x, core):
     return until * _rate_near(half - law.K0, s.rate, core)
 
 
-@compiled
+@compiled(error_model="numpy")
 def at_size(state, s, law, waits):
     """Whether the part is at size, or as far beyond it as it may wait to be round."""
     beyond = -state[REMAINING]
@@ -197,9 +197,12 @@ def at_size(state, s, law, waits):
     return beyond >= law.size_sd
 
 
-@compiled
+@compiled(error_model="numpy")
 def cycle_step(state, s, law, size, power, usable):
     """Update by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
+    if s.mean[K] <= 0.0:  # a state that was never started
+        state[SECTION] = RETRACT
+        return 0.0
     read_all(state, s, law, size, power - law.idle_power, usable)
     x, core = deflected(s, s.axis), _worn(law, s.mean[A])
     s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, core)
@@ -214,7 +217,7 @@ def cycle_step(state, s, law, size, power, usable):
     return command_of(state, law, most, final)
 
 
-@compiled
+@compiled(error_model="numpy")
 def command_of(state, law, most, final):
     """Command (mm/s) up to the safe position; section, and whether damage and stock are balanced."""
     command = min(max((most - state[COMMANDED]) / law.sample_time, 0.0), law.rate_max)

@@ -22,7 +22,7 @@ STEPS, CLOSE = 8, 1e-3  # chosen: steps to a rate, and the change of it that is 
 SLOWER = 0.01  # chosen: else least of them over that, where no rate is the coolest
 
 
-@compiled
+@compiled(error_model="numpy")
 def variance_of_row(s):
     """Variance of the sum of the estimates times `row`, of all but those of the power monitor."""
     variance = 0.0
@@ -34,7 +34,7 @@ def variance_of_row(s):
     return variance
 
 
-@compiled
+@compiled(error_model="numpy")
 def quantile_depth(s, law, core, v, root, w):
     """Depth of damage (mm) that is exceeded with the chance allowed, by the wheel `core`.
 
@@ -57,14 +57,14 @@ def quantile_depth(s, law, core, v, root, w):
     return depth + np.sqrt(law.k_static**2 * static + law.k_filter**2 * max(variance, 0.0))
 
 
-@compiled
+@compiled(error_model="numpy")
 def worn_until(s, law, remaining):
     """Wheel at a remaining stock, mm: the wear flat area grows by the model until then."""
     ahead = max(law.stock - max(remaining, 0.0) - s.mean[Q], 0.0)
     return _worn(law, s.mean[SHARPNESS] + law.growth * ahead)
 
 
-@compiled
+@compiled(error_model="numpy")
 def depth_ahead(s, law, v, root, w):
     """Depth of damage (mm) at a rate with its powers, by the wheel as it will be where the stock is as deep.
 
@@ -78,20 +78,20 @@ def depth_ahead(s, law, v, root, w):
     return depth
 
 
-@compiled
+@compiled(error_model="numpy")
 def _position(s, law, remaining, v):
     """Commanded position (mm) that leaves a stock (mm) at a rate (mm/s), if nothing more is commanded."""
     core, removed = worn_until(s, law, remaining), (1.0 + s.mean[WEAR]) * (law.stock - remaining)
     return removed + (core.K0 + beyond(v, core) - s.mean[LOAD]) / s.mean[STIFFNESS]
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def keeps_reserve(law):
     """Whether the wear of the wheel is doubted, and learned."""
     return law.online and law.wear_sd > 0.0
 
 
-@compiled
+@compiled(error_model="numpy")
 def end_position(s, law, v):
     """Commanded position (mm) that ends at size at a rate (mm/s), less what is kept of its doubt.
 
@@ -119,7 +119,7 @@ def end_position(s, law, v):
     return position - max(SURE * spread - law.size_sd, 0.0)
 
 
-@compiled
+@compiled(error_model="numpy")
 def _rate_at(s, law, low, at_low, high, at_high, depth):
     """Rate (mm/s) of a depth (mm) between two rates with theirs: false position, that of Illinois.
 
@@ -140,6 +140,8 @@ def _rate_at(s, law, low, at_low, high, at_high, depth):
             low, at_low, less = v, depth + off, -off
             more *= 0.5 if last < 0 else 1.0
             last = -1
+        if at_high <= at_low:  # both are the depth, to rounding
+            return low
         near = low + (high - low) * (depth - at_low) / (at_high - at_low)
         if abs(near - v) <= CLOSE * v:
             break
@@ -147,7 +149,7 @@ def _rate_at(s, law, low, at_low, high, at_high, depth):
     return near
 
 
-@compiled
+@compiled(error_model="numpy")
 def _coolest(s, law):
     """Rate (mm/s) of the least heat over that of burning, by the wheel at the end; slower is no safer."""
     core = worn_until(s, law, 0.0)
@@ -155,7 +157,7 @@ def _coolest(s, law):
     return _rate_near(core.heat0, law.coolest_rate, slopes)
 
 
-@compiled
+@compiled(error_model="numpy")
 def _slowest(s, law):
     """Least of the rates, mm/s: one that is safe at size, or the coolest."""
     coolest = _coolest(s, law)
@@ -165,7 +167,7 @@ def _slowest(s, law):
     return max(coolest, SLOWER * v)
 
 
-@compiled
+@compiled(error_model="numpy")
 def safe_position(s, law, ahead):
     """Greatest commanded position (mm), rate at size (mm/s), and whether no rate is safe there.
 

@@ -17,13 +17,13 @@ from sdpgrind.plunge._model.kernels import _rate_near, _worn
 SIZE_DRIFT, SHARPNESS_DRIFT = 2e-6, 1e-4
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def deflected(s, p):
     """Deflection x of the model, mm, at a position of the axis, mm."""
     return s.mean[LOAD] + s.mean[STIFFNESS] * (p - (1.0 + s.mean[WEAR]) * s.mean[Q])
 
 
-@compiled
+@compiled(error_model="numpy")
 def slopes(s, law, x, v):
     """Write the derivatives of deflection (mm) and rate (mm/s) by the states into ``by_x`` and ``by_v``."""
     stiff, growth, area = s.mean[STIFFNESS], 1.0 + s.mean[WEAR], s.mean[SHARPNESS]
@@ -40,7 +40,7 @@ def slopes(s, law, x, v):
     s.by_v[SHARPNESS] = -law.K2 * w / slope
 
 
-@compiled
+@compiled(error_model="numpy")
 def predict(s, law, before, middle):
     """Mean and covariance a sample later; positions of the axis (mm) before and in the middle of it."""
     core, dt = _worn(law, s.mean[SHARPNESS]), law.sample_time
@@ -58,7 +58,7 @@ def predict(s, law, before, middle):
     s.rate = at
 
 
-@compiled
+@compiled(error_model="numpy")
 def _spread(s, law, dt):
     """Covariance a sample later: F C F' and drift, with F the identity but for q and the shown power."""
     watts, pole = law.power1 / law.K1, law.power_pole
@@ -76,7 +76,7 @@ def _spread(s, law, dt):
     s.cov[SHARPNESS * STATES + SHARPNESS] += SHARPNESS_DRIFT**2
 
 
-@compiled
+@compiled(error_model="numpy")
 def read_size(s, law, size):
     """Correct by a size, mm."""
     for j in range(STATES):
@@ -85,7 +85,7 @@ def read_size(s, law, size):
     _correct(s, size - s.mean[Q], law.size_sd**2)
 
 
-@compiled
+@compiled(error_model="numpy")
 def read_power(s, law, power, position):
     """Correct by a power, W, with the axis at a position, mm."""
     watts, gain = law.power1 / law.K1, 1.0 + s.mean[GAIN]
@@ -106,7 +106,7 @@ def read_power(s, law, power, position):
     _correct(s, power - gain * shown, (law.power_sd * most) ** 2)
 
 
-@compiled
+@compiled(error_model="numpy")
 def _correct(s, off, variance):
     """Correct by one reading with innovation `off` and slopes ``by_x``."""
     total = variance

@@ -27,7 +27,7 @@ from sdpgrind.plunge._model.kernels import (
 )
 
 
-@compiled
+@compiled(error_model="numpy")
 def section_step(state, law, size, usable):
     """Update by a size (mm) that is usable or not; return the command rate (mm/s)."""
     core = _worn(law, 1.0)
@@ -44,7 +44,7 @@ def section_step(state, law, size, usable):
     return _printed(state, law, core) if law.form == PRINTED else _staged(state, law, core)
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _predict(state, law, core):
     """Predict the state after a sample at the last command."""
     u, dt, before = state[COMMAND], law.sample_time, state[Y]
@@ -57,7 +57,7 @@ def _predict(state, law, core):
     state[REMAINING] -= (u * dt - (state[Y] - before)) / lost
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _predict_printed(state, law):
     """Predict by (5), after the delay of touch-in."""
     u, dt = state[COMMAND], law.sample_time
@@ -68,7 +68,7 @@ def _predict_printed(state, law):
         state[RATE] = pole * state[RATE] + (1.0 - pole) * u
 
 
-@compiled
+@compiled(error_model="numpy")
 def _printed(state, law, core):
     """Command by (2), (3) and (5) as printed, with a constant time constant."""
     v, left, first = state[RATE], state[REMAINING], False
@@ -88,7 +88,7 @@ def _printed(state, law, core):
     return min(max((aim - law.pole * v) / (1.0 - law.pole), 0.0), law.rate_max)
 
 
-@compiled
+@compiled(error_model="numpy")
 def _balanced_rate(depth, law, core):
     """Rate (mm/s) whose damage is as deep as allowed (mm; <= 0: no damage is)."""
     if law.burn_rate >= law.rate_max:
@@ -98,7 +98,7 @@ def _balanced_rate(depth, law, core):
     return rate_of_burn(depth, law.burn_rate, law.rate_max, core)
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _spark_out_printed(state, law):
     """Begin spark-out by (2) in (3): q_k = tau (v_k - v_f), only above the final rate."""
     v, last = state[RATE], min(law.final_rate, law.burn_rate)
@@ -107,14 +107,14 @@ def _spark_out_printed(state, law):
         state[SECTION] = SPARK_OUT
 
 
-@compiled
+@compiled(error_model="numpy")
 def _spark_out(state, law):
     """Command of spark-out: 0 until the final rate is reached, then that rate until size."""
     last = min(law.final_rate, law.burn_rate)
     return last if state[RATE] <= last else 0.0
 
 
-@compiled
+@compiled(error_model="numpy")
 def _staged(state, law, core):
     """Rough rate, stage rate, spark-out; a weighted mean in the sample that crosses a switch."""
     lost = 1.0 + law.wheel_wear
@@ -129,7 +129,7 @@ def _staged(state, law, core):
     return max(allowed, 0.0) / law.sample_time
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _stage(state, law, core):
     """Rough rate, then the stage rate."""
     if state[SECTION] == BALANCE:

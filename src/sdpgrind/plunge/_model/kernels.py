@@ -38,7 +38,7 @@ class DeflectionLaw(NamedTuple):
     p: float
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def beyond(v, core):
     """Deflection beyond that of ploughing, y = x - K0, mm."""
     return core.K1 * v + core.K2 * v**core.p
@@ -53,7 +53,7 @@ def deflections_beyond(v, core):
     return out
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def burn_depth(v, core):
     """Depth of damage, mm, at a rate v > 0; negative: distance to damage."""
     root = np.sqrt(np.sqrt(v))
@@ -72,7 +72,7 @@ def reserve(v, remaining, coldest, core):
     return np.inf
 
 
-@compiled
+@compiled(error_model="numpy")
 def _worn(core, ratio):
     """Coefficients, of a core or a record with its fields, of a wheel whose area has grown by `ratio`."""
     k2, heat2, power2 = core.K2 * ratio, core.heat2 * ratio, core.power2 * ratio
@@ -125,7 +125,7 @@ def _damage(v, core):
     return depth if everywhere else 0.0
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _newton(y, w, core, enough):
     """Infeed rate (mm/s) of a deflection y > 0 beyond ploughing, from a start w = v^p: y is convex in w.
 
@@ -141,7 +141,7 @@ def _newton(y, w, core, enough):
     return w**q
 
 
-@compiled
+@compiled(error_model="numpy")
 def rate(y, core):
     """Infeed rate (mm/s) of a deflection y beyond ploughing; 0 where the wheel only ploughs."""
     if y <= 0.0:
@@ -152,7 +152,7 @@ def rate(y, core):
     return _newton(y, w, core, 1e-8)
 
 
-@compiled
+@compiled(error_model="numpy")
 def _rate_near(y, near, core):
     """Infeed rate (mm/s) of a deflection y to 1e-11 from a rate near it: takes half the time of `rate`."""
     if y <= 0.0 or near <= 0.0:
@@ -172,7 +172,7 @@ def rates(y, core):
     return out
 
 
-@compiled
+@compiled(error_model="numpy")
 def rate_of_burn(depth, low, high, core):
     """Greatest rate in [low, high] (mm/s) with at most `depth` (mm) of damage: Illinois rule."""
     below, above = burn_depth(low, core) - depth, burn_depth(high, core) - depth
@@ -195,7 +195,7 @@ def rate_of_burn(depth, low, high, core):
     return v
 
 
-@compiled
+@compiled(error_model="numpy")
 def _deflected(y, near, command_rate, duration, steps, core):
     """Deflection beyond ploughing (mm) and rate (mm/s) after a duration (s); `near`: rate before.
 

@@ -5,7 +5,7 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import compiled
 
 
-@compiled(inline="always")  # measured: a look-up of many states takes a third
+@compiled(error_model="numpy", inline="always")  # measured: a look-up of many states takes a third
 def _cell(shape, index, point, corner, low):
     """Flat node and weight of a corner (bits of `corner`) of a point's cell; `low` is its lowest node."""
     node, weight = 0, 1.0
@@ -17,27 +17,34 @@ def _cell(shape, index, point, corner, low):
     return node, weight
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy", inline="always")
 def _lowest(shape, index, point, low):
+    """Lowest node of a point's cell; an index is never NaN, which has no integer."""
     for axis in range(shape.size):
         low[axis] = max(0, min(int(np.floor(index[axis, point])), shape[axis] - 2))
 
 
-@compiled
+@compiled(error_model="numpy", inline="always")
+def _interpolated(table, row, mode, shape, index, point, low):
+    """Table interpolated at one point in a slice."""
+    _lowest(shape, index, point, low)
+    total = 0.0
+    for corner in range(1 << shape.size):
+        node, weight = _cell(shape, index, point, corner, low)
+        if weight > 0.0:
+            total += weight * table[row, mode, node]
+    return total
+
+
+@compiled(error_model="numpy")
 def interpolate(table, row, mode, shape, index, out):
     """out[p] = table interpolated at index[:, p] (cells) in slice (row[p], mode[p])."""
     low = np.empty(shape.size, dtype=np.int64)
     for point in range(out.size):
-        _lowest(shape, index, point, low)
-        total = 0.0
-        for corner in range(1 << shape.size):
-            node, weight = _cell(shape, index, point, corner, low)
-            if weight > 0.0:
-                total += weight * table[row[point], mode[point], node]
-        out[point] = total
+        out[point] = _interpolated(table, row[point], mode[point], shape, index, point, low)
 
 
-@compiled
+@compiled(error_model="numpy")
 def _crossing(at, row, mode, index, nodes):
     """Number of the kink cell around a point (-1: none), the cell, and the position in it."""
     cell = max(0, min(int(np.floor(index)), nodes - 2))
@@ -45,7 +52,7 @@ def _crossing(at, row, mode, index, nodes):
     return at[row, mode, cell] if 0.0 < part < 1.0 else -1, cell, part
 
 
-@compiled
+@compiled(error_model="numpy")
 def _least(first, last, cost, part):
     """Index of the first of the lowest lines, and its height."""
     line, low = first, np.inf
@@ -56,7 +63,7 @@ def _least(first, last, cost, part):
     return line, low
 
 
-@compiled
+@compiled(error_model="numpy")
 def _next_least(first, last, cost, act, part, chosen):
     """Height of the lowest line of actions other than `chosen`."""
     low = np.inf
@@ -66,7 +73,7 @@ def _next_least(first, last, cost, act, part, chosen):
     return low
 
 
-@compiled
+@compiled(error_model="numpy")
 def least_move(kinks, row, mode, index, out):
     """Set out[p] to the number of the lowest line of a move in the cell of each point, -1: none."""
     at, start, cost, _, act, _ = kinks
@@ -80,7 +87,7 @@ def least_move(kinks, row, mode, index, out):
                     low, out[point] = here, k
 
 
-@compiled
+@compiled(error_model="numpy")
 def least_line(at, start, cost, row, mode, index, out):
     """Set out[p] to the least line of cost where the action changes inside a cell of the one axis."""
     for point in range(out.size):
@@ -89,41 +96,53 @@ def least_line(at, start, cost, row, mode, index, out):
             out[point] = _least(start[number], start[number + 1], cost, part)[1]
 
 
-@compiled
+@compiled(error_model="numpy", inline="always")
+def _act(table, kinks, row, mode, shape, index, point, low):
+    """Move (stops < 0), entry, control and gap at one point; see `act`."""
+    best, entry, control, gap = table
+    at, start, cost, line_control, line_act, line_entry = kinks
+    _lowest(shape, index, point, low)
+    same, heaviest, chosen, first = True, -1.0, 0, -1
+    u, g = 0.0, 0.0
+    for corner in range(1 << shape.size):
+        node, weight = _cell(shape, index, point, corner, low)
+        if weight <= 0.0:
+            continue
+        if first < 0:
+            first = node
+        moved = best[row, mode, node] != best[row, mode, first]
+        same = same and not moved and entry[row, mode, node] == entry[row, mode, first]
+        if weight > heaviest:
+            heaviest, chosen = weight, node
+        u += weight * control[row, mode, node]
+        g += weight * gap[row, mode, node]
+    move, listed = np.int64(best[row, mode, chosen]), np.int64(entry[row, mode, chosen])
+    u = u if same else control[row, mode, chosen]
+    if shape.size == 1 and at.shape[2] > 0:
+        number, _, part = _crossing(at, row, mode, index[0, point], shape[0])
+        if number >= 0:
+            k, height = _least(start[number], start[number + 1], cost, part)
+            other = _next_least(start[number], start[number + 1], cost, line_act, part, line_act[k])
+            g = other - height if other < np.inf else g
+            move, listed = np.int64(line_act[k]), np.int64(line_entry[k])
+            u = (1 - part) * line_control[k, 0] + part * line_control[k, 1]
+    return move, listed, u, g
+
+
+@compiled(error_model="numpy")
+def _act_each(table, kinks, row, mode, shape, index, out, low):
+    out_best, out_entry, out_control, out_gap = out
+    for point in range(out_best.size):
+        move, listed, u, g = _act(table, kinks, row[point], mode[point], shape, index, point, low)
+        out_best[point], out_entry[point], out_control[point], out_gap[point] = move, listed, u, g
+
+
+@compiled(error_model="numpy")
 def act(table, kinks, row, mode, shape, index, out):
     """Action at every point: interpolated within one move, else that of the least line.
 
     `table` = (best, entry, control, gap)[row, mode, node]. Without lines (several axes) the corner of the
     greatest weight decides.
     """
-    best, entry, control, gap = table
-    at, start, cost, line_control, line_act, line_entry = kinks
-    out_best, out_entry, out_control, out_gap = out
-    low = np.empty(shape.size, dtype=np.int64)
-    for point in range(out_best.size):
-        _lowest(shape, index, point, low)
-        r, m = row[point], mode[point]
-        same, heaviest, chosen, first = True, -1.0, 0, -1
-        u, g = 0.0, 0.0
-        for corner in range(1 << shape.size):
-            node, weight = _cell(shape, index, point, corner, low)
-            if weight <= 0.0:
-                continue
-            if first < 0:
-                first = node
-            same = same and best[r, m, node] == best[r, m, first] and entry[r, m, node] == entry[r, m, first]
-            if weight > heaviest:
-                heaviest, chosen = weight, node
-            u += weight * control[r, m, node]
-            g += weight * gap[r, m, node]
-        out_gap[point] = g
-        out_best[point], out_entry[point] = best[r, m, chosen], entry[r, m, chosen]
-        out_control[point] = u if same else control[r, m, chosen]
-        if shape.size == 1 and at.shape[2] > 0:
-            number, _, part = _crossing(at, r, m, index[0, point], shape[0])
-            if number >= 0:
-                k, height = _least(start[number], start[number + 1], cost, part)
-                other = _next_least(start[number], start[number + 1], cost, line_act, part, line_act[k])
-                out_gap[point] = other - height if other < np.inf else g
-                out_best[point], out_entry[point] = line_act[k], line_entry[k]
-                out_control[point] = (1 - part) * line_control[k, 0] + part * line_control[k, 1]
+    # room is made here: a kernel that makes none counts no references
+    _act_each(table, kinks, row, mode, shape, index, out, np.empty(shape.size, np.int64))

@@ -1,9 +1,10 @@
 """Policy: solved table with look-up by state, pictures and files."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
+from math import nan
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -16,6 +17,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
 from sdpgrind.sdp._policy import look_up_kernels as _lookup
+from sdpgrind.sdp._policy.single import SingleStates
 from sdpgrind.sdp._policy.table import Solution
 from sdpgrind.sdp._problem.coordinates import Stages
 from sdpgrind.sdp._problem.grid import Grid
@@ -24,6 +26,7 @@ from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.kinks import Kinks
 from sdpgrind.sdp._solve.stages import TABLES, StageTable
 
+_NUMBERS = (float, int)  # types of a single coordinate
 # measured: over the estimate the error by the levels was at most 3.0 in 220 random problems of shifts with 6
 # to 50 levels, below 2.5 in 217 of them, below 1 in 152; of sampled moves it is 0.2 to 0.6
 SEARCH_COVERS = 2.5
@@ -133,6 +136,9 @@ class Policy(Solution, Plan):
         ValueError
             For a state outside the table.
         """
+        found = self._at_one(state, SingleStates.value)
+        if found is not None:
+            return found
         place = self.locate(state)
         return _shaped(self.value_at(place), place.shape)
 
@@ -157,13 +163,12 @@ class Policy(Solution, Plan):
 
     def action(self, **state: Any) -> Action:
         """Return the action at states; see `value`. Its gap is in $, its controls in their own units."""
+        found = self._at_one(state, SingleStates.act)
+        if found is not None:
+            return self._action(*found[1:])
         place = self.locate(state)
         best, entry, control, gap = self.act(place)
-        durations = np.array(
-            [0.0] * len(self.layout.stops)
-            + [m.duration * (self.layout.step or 1.0) for m in self.layout.moves]
-        )
-        names = np.array([*self.layout.stops, *(m.name for m in self.layout.moves)])
+        names, durations = map(np.array, self._choices)
         which = np.where(best < 0, -1 - best, best + len(self.layout.stops))
         shape = place.shape
         controls = {
@@ -177,6 +182,60 @@ class Policy(Solution, Plan):
             controls,
             _shaped(gap, shape),
         )
+
+    @cached_property
+    def single(self) -> SingleStates | None:
+        """Look-ups of single states, $; None: the table has too many axes for them."""
+        return SingleStates.of(self)
+
+    def _at_one(self, state: dict[str, Any], look_up: Callable[..., Any]) -> Any:
+        """Answer for a state of numbers; None: the arrays are to be asked, which also refuse it."""
+        single, layout = self.single, self.layout
+        names = self._names
+        if single is None or len(state) - ("mode" in state) != len(names):
+            return None
+        try:
+            numbers = [state[name] for name in names]
+        except KeyError:
+            return None
+        mode = state.get("mode", 0)
+        if isinstance(mode, str) and mode in layout.modes:
+            mode = layout.modes.index(mode)
+        if not (all(isinstance(x, _NUMBERS) for x in numbers) and isinstance(mode, int)):
+            return None
+        if not 0 <= mode < len(layout.modes):
+            return None
+        time = 0.0 if layout.endless else float(numbers.pop())
+        return look_up(single, time, *map(float, numbers), mode=int(mode))
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        """Names of the coordinates, the stage coordinate last."""
+        layout = self.layout
+        return (*(axis.name for axis in layout.axes), *([] if layout.endless else [layout.stage_name]))
+
+    def _action(self, best: int, entry: int, control: float, gap: float) -> Action:
+        """Action at one state."""
+        names, durations = self._choices
+        which = best + len(self.layout.stops) if best >= 0 else -1 - best
+        controls = dict.fromkeys(self._controls, nan)
+        if best >= 0:
+            move = self.layout.moves[best]
+            controls |= {name: float(values[entry]) for name, values in move.lists}
+            controls |= {move.level: control} if move.level else {}
+        return Action(best < 0, names[which], durations[which], controls, gap)
+
+    @cached_property
+    def _choices(self) -> tuple[list[str], list[float]]:
+        """Names and durations of the stops, then of the moves."""
+        stops, moves, step = self.layout.stops, self.layout.moves, self.layout.step or 1.0
+        return [*stops, *(m.name for m in moves)], [0.0] * len(stops) + [m.duration * step for m in moves]
+
+    @cached_property
+    def _controls(self) -> list[str]:
+        """Names of all moves' controls."""
+        names = [[name for name, _ in m.lists] + ([m.level] if m.level else []) for m in self.layout.moves]
+        return list(dict.fromkeys(name for some in names for name in some))
 
     @cached_property
     def _slopes(self) -> list[Floats]:

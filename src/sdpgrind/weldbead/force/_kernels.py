@@ -178,7 +178,7 @@ def sensor_read(state, core, noise):
     return quantised(state[core.output.size + 3] + noise, core.quantum)
 
 
-@compiled
+@compiled(error_model="numpy")
 def control_sample(row, n, state, work, force, demand, position):
     """`control_step` for Python, with the constants as a row; `n`: order of the law."""
     m = state.size - n - 4
@@ -191,7 +191,7 @@ def control_sample(row, n, state, work, force, demand, position):
     return control_step(core, state, work, force, demand, position)
 
 
-@compiled
+@compiled(error_model="numpy")
 def _law_of(row, n):
     """Constants of a law of order `n` from their row, which may be longer."""
     a = n * n
@@ -201,7 +201,7 @@ def _law_of(row, n):
     )  # fmt: skip
 
 
-@compiled
+@compiled(error_model="numpy")
 def control_step(core, state, work, force, demand, position):
     """Return the platform command of one sample, mm.
 

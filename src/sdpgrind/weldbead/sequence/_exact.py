@@ -33,6 +33,10 @@ class ExactTable(sdp.Policy):
             array[...] = each.reshape(array.shape)
         return table
 
+    @property
+    def single(self) -> None:
+        """No look-ups in the table, $: its nodes are for files."""
+
     def interpolated(self, row: Any, mode: Any, index: Floats) -> Floats:
         """Return the value ($) at positions `index` (cells), [axis, state], of slices (row, mode)."""
         return self.knapsack.value(self.grid.coordinate(0, index[0]), row, mode)

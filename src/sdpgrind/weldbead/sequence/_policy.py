@@ -3,6 +3,7 @@
 import os
 from concurrent.futures import Executor
 from functools import cached_property
+from math import nan
 from typing import Any, Self
 
 import numpy as np
@@ -24,15 +25,15 @@ from sdpgrind.weldbead.sequence._exact import ExactTable
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
-from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk_of
+from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk_of, warn_if_unsure
 from sdpgrind.weldbead.sequence._sheet import first_passes
 from sdpgrind.weldbead.sequence._sheet_file import ending_of
 from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
 from sdpgrind.weldbead.sequence._simplified import HEIGHTS, covered, followed
-from sdpgrind.weldbead.sequence._single_state import SingleStates
 
 _PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
 _KNOWN = "sdpgrind.weldbead.sequence._known_beads:known_beads"
+_ONE = (float, int)  # types of a single coordinate
 
 
 class SequencePolicy(Plan):
@@ -53,15 +54,9 @@ class SequencePolicy(Plan):
     def __init__(self, problem: SequenceProblem, table: sdp.Policy, method: str = "cautious") -> None:
         self.problem, self.table, self.method = problem, table, method
         self._promises: dict[Asked, Risk] = {}
+        self._last_risk: tuple[str, Risk] | None = None  # what was asked: text and page of a run ask alike
         self._durations = [move.duration * problem.stage for move in table.layout.moves]
         self._feeds = [problem.feed_rate(each) for each in self._durations]
-        # where the closed form holds, no state lies between nodes
-        exact, moves = isinstance(table, ExactTable), (self._durations, self._feeds)
-        self._single = None if exact else SingleStates(problem, table, *moves)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle without the views on the tables."""
-        return type(self), (self.problem, self.table, self.method), {"_promises": self._promises}
 
     @property
     def error(self) -> float | None:
@@ -115,8 +110,9 @@ class SequencePolicy(Plan):
             Above the greatest height or the horizon of the plan, at a late time between stages of the table,
             or for a last duration that is none of the plan's.
         """
-        if last_duration is None and self._single is not None:
-            found = self._single.value(height, time_left)
+        single = self.table.single
+        if last_duration is None and single and isinstance(height, _ONE) and isinstance(time_left, _ONE):
+            found = single.value(float(time_left), float(height))
             if found is not None:
                 return found
         return self.table.value(**self._state(height, time_left, last_duration))
@@ -127,10 +123,15 @@ class SequencePolicy(Plan):
         Within one duration the force is interpolated between nodes. Where neighbouring nodes differ in their
         action, both are compared one step ahead; the answer is that of the side on which the state lies.
         """
-        if last_duration is None and self._single is not None:
-            found = self._single.action(height, time_left)
-            if found is not None:
-                return found
+        single = self.table.single
+        if last_duration is None and single and isinstance(height, _ONE) and isinstance(time_left, _ONE):
+            one = single.act(float(time_left), float(height))
+            if one is not None:
+                _, move, _, level, gained = one
+                if move < 0:
+                    return SequenceAction(True, 0.0, nan, nan, gained, self.problem)
+                seconds, speed = self._durations[move], self._feeds[move]
+                return SequenceAction(False, seconds, speed, level, gained, self.problem)
         place = self.table.locate(self._state(height, time_left, last_duration))
         best, _, force, gap = self.table.act(place)
         which, stop = np.maximum(best, 0), best < 0
@@ -284,7 +285,12 @@ class SequencePolicy(Plan):
         """
         within = checks.nonnegative("finished_within", finished_within, "mm")
         if self.problem.bead_scatter is None:
-            return risk_of(self.table, self._state(height, time_left, last_duration), confidence, within)
+            asked = repr((height, time_left, last_duration, confidence, within))
+            if self._last_risk is None or self._last_risk[0] != asked:
+                begun = self._state(height, time_left, last_duration)
+                self._last_risk = asked, risk_of(self.table, begun, confidence, within)
+            warn_if_unsure(self._last_risk[1])
+            return self._last_risk[1]
         checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
         if last_duration is not None:
             raise checks.refuse("last_duration", "None where beads differ", last_duration, "s")
@@ -468,7 +474,7 @@ class SequencePolicy(Plan):
     def dataset(self) -> xr.Dataset:
         """Table with labels and units, and the problem as JSON."""
         attributes: dict[str, Any] = {} if self.problem.bead_scatter is None else {"method": self.method}
-        if self._single is None:
+        if isinstance(self.table, ExactTable):
             attributes["exact"] = 1
         elif self.levels != LEVELS:
             attributes["levels"] = self.levels

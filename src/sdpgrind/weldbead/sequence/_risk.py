@@ -109,9 +109,7 @@ def risk_of(table: sdp.Policy, state: dict[str, Any], confidence: float, within:
     fine, coarse = (table.distribution(nodes=nodes, **state) for nodes in (heights, heights[::2]))
     figures, other = (_figures(each, confidence, within) for each in (fine, coarse))
     error = {name: abs(value - other[name]) for name, value in figures.items()}
-    risk = Risk(figures, error, confidence, fine)
-    _warn(risk)
-    return risk
+    return Risk(figures, error, confidence, fine)
 
 
 def nodes_of(high: float) -> Floats:
@@ -127,7 +125,8 @@ def nodes_of(high: float) -> Floats:
     return at
 
 
-def _warn(risk: Risk) -> None:
+def warn_if_unsure(risk: Risk) -> None:
+    """Warn of figures whose error is large."""
     unsure = [
         f"{name} {getattr(risk, name):.3g} by {error:.1g} {unit}"
         for name, unit in _UNITS.items()
