@@ -25,6 +25,7 @@ from live_fakes import (
 
 import hwsim
 from hwsim._loop.loop import run
+from hwsim._report.releases import missed_releases
 from sdpgrind import DamagedFileError, plunge, weldbead
 
 SAFE = {"close": 1.0}
@@ -144,6 +145,14 @@ def test_missed_releases_are_counted_and_their_log_replays():
     assert float(log.outcome.overruns[0]) == table.overrun.sum()
     assert float(log.outcome.longest_step[0]) >= 2.4 * PERIOD
     assert hwsim.run(hwsim.Recording(log), Drain(10.0, PERIOD)).outcome.same.all()
+    steps = np.isfinite(table.overrun.values)
+    told = (
+        f"{table.overrun.values[steps].sum():.0f} of {(table.overrun.values + 1.0)[steps].sum():.0f} releases"
+    )
+    assert missed_releases(log) == (
+        f"{told} missed; the latest step began {1e3 * np.nanmax(table.release_delay):.0f} ms after its release"
+    )
+    assert missed_releases(hwsim.run(TANK, Drain(10.0, PERIOD))) == ""
 
 
 def test_a_late_command_takes_effect_when_it_came():

@@ -13,6 +13,7 @@ from cli_fakes import without_news
 
 import hwsim
 import sdpgrind
+from hwsim._loop import loop
 from hwsim.cli import main
 from sdpgrind import plunge
 
@@ -71,7 +72,7 @@ def test_an_aborted_part_is_reported_and_the_status_is_1(plan, machine, tmp_path
     timer.start()
     out, error = said(capsys, 1, *options, "--parts", 100, "--out", folder, "--no-pictures")
     timer.join()
-    assert "SIGTERM" in out and "hwsim: the part was aborted and the machine made safe: SIGTERM" in error
+    assert "SIGTERM" in out and "hwsim: part 0 was aborted and the machine made safe: SIGTERM" in error
     with hwsim.Journal(folder / "run.db") as journal:
         log = journal.log()
     np.testing.assert_array_equal(log.outcome.aborted.values[-1:], [1.0])
@@ -135,6 +136,16 @@ def test_wrong_options_of_a_machine(machine, capsys):
     assert "--deadline must have a unit like s" in refused(
         capsys, *at, "--safe", "retract=1", "--deadline", "5 mm"
     )
+
+
+def test_the_clock_of_a_run_is_chosen_on_the_command_line(plan, machine, capsys, monkeypatch):
+    seen = []
+    run = loop.run
+    monkeypatch.setattr(loop, "run", lambda *a, live, **k: seen.append(live) or run(*a, live=live, **k))
+    options = ["--machine", machine.url, *OPEN, "--safe", "retract=1", "--deadline", "2 s"]
+    said(capsys, 0, "--plan", plan, *options, "--stale", "3000 ms", "--overruns", "count")
+    assert (seen[0].stale, seen[0].overruns) == (3.0, "count")
+    assert refused(capsys, "--stale", "1 s") == "--stale needs --machine"
 
 
 def test_without_a_server_the_status_is_that_of_the_environment(capsys):

@@ -6,6 +6,7 @@ Nothing is timed here; benchmarks/opcua.py measures how fast it is.
 import asyncio
 import threading
 import time
+from decimal import Decimal
 from math import nan
 from typing import ClassVar
 
@@ -20,7 +21,7 @@ from hwsim._live.forwarding import Forwarding
 from hwsim.opcua._live_part import Watch
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._remote import Remote
-from hwsim.opcua._sample import ReadSample, read_number
+from hwsim.opcua._sample import ReadSample, checked, read_number
 from hwsim.opcua._space import URI
 
 
@@ -80,7 +81,17 @@ def loop(seconds):
             "ValueError: velocity must be in [-10, 10] (mm/s); got 50.0",
             "runner",
         ),
-        (lambda: {"stop": np.array([1.0, nan])}, "stop must be a finite number", "link"),
+        (lambda: {"stop": np.array([1.0, nan])}, "ValueError: stop[1] must be finite; got nan", "runner"),
+        (
+            lambda: {"velocity": "0.01"},
+            "TypeError: velocity must be a number (mm/s); got '0.01'",
+            "runner",
+        ),
+        (
+            lambda: {"velocity": Decimal("0.01")},
+            "TypeError: velocity must be a number (mm/s); got Decimal('0.01')",
+            "runner",
+        ),
         (lambda: time.sleep(0.4) or {}, "no sign of the controller for more than 100 ms", "link"),
         (lambda: loop(0.4), "no sign of the controller for more than 100 ms", "link"),
         (lambda: (_ for _ in ()).throw(KeyboardInterrupt), "KeyboardInterrupt", "runner"),
@@ -95,6 +106,23 @@ def test_whatever_goes_wrong_the_safe_command_comes_first_and_nothing_after(odd,
     assert reason in outcome.abort_reason.values[0]
     assert axis.told[-1][1] == axis.safe and not velocities_after_safe(axis)
     assert len(said.value.log["controller"].time) >= 4
+
+
+def test_a_command_goes_out_as_a_simulated_machine_takes_it():
+    for odd in ("0.01", Decimal("0.01"), 1j, np.array(0.01), True, None):
+        with pytest.raises(TypeError, match=r"velocity must be a number \(mm/s\); got "):
+            checked("velocity", odd, "mm/s")
+    for one in (1, np.float32(1.0), np.int64(1)):
+        assert type(checked("velocity", one, "mm/s")) is float
+    assert checked("path", [[1, 2], [3, 4]], "").tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
+def test_a_text_is_refused_in_lockstep_as_in_a_simulation(axis):
+    with (
+        pytest.raises(TypeError, match=r"velocity must be a number \(mm/s\); got '0.01'"),
+        served(axis, speed=None) as server,
+    ):
+        hwsim.run(behind(server), Drive(lambda: {"velocity": "0.01"}))
 
 
 def test_an_operator_aborts_from_another_thread():
@@ -227,13 +255,15 @@ def test_a_cut_link_ends_the_part_and_the_machine_makes_itself_safe():
         cable = Cable(int(server.url.rpartition(":")[2]))
         plant = hwsim.OpcuaPlant(cable.url, security="none")
         odd = Drive(lambda: cable.cut() or {"velocity": 3.0})
-        with pytest.raises(hwsim.Aborted, match=f"the link to {cable.url} was cut") as said:
+        told = f"part 0 was aborted, and it is not known whether the machine is safe: the link to {cable.url} was"
+        with pytest.raises(hwsim.Aborted, match=f"{told} cut; its own watchdog must .* within 0.2 s") as said:
             hwsim.run(plant, odd, live=live())
         until = time.monotonic() + 5
         while not server.state["aborts"] and time.monotonic() < until:
             time.sleep(0.01)
         assert server.state["aborted"] == "no heartbeat for more than 0.2 s"
-        assert said.value.log.outcome.safe_by.values.tolist() == ["machine"]
+        outcome = said.value.log.outcome
+        assert outcome.safe_by.values.tolist() == [""] and np.isnan(outcome.safe_delay.values).all()
         assert not velocities_after_safe(axis)
         short = Drive(lambda: {"stop": 1.0}, at=3)
         assert hwsim.run(plant, short, live=live()).outcome.stopped.values.tolist() == [
@@ -346,6 +376,16 @@ def test_refusals_before_anything_moves(axis):
         served(axis, speed=None) as server,
     ):
         hwsim.run(behind(server), Drive(), live=live())
+
+
+def test_a_safe_command_other_than_the_machine_s_own_is_told(axis):
+    with served(axis) as server:
+        plant = behind(server)
+        assert plant.safe == axis.safe
+        said = r"safe differs from .* own safe command, {'velocity': 0.0, 'stop': 1.0}; got {'velocity': 0.0}"
+        with pytest.warns(UserWarning, match=said):
+            hwsim.run(plant, Drive(lambda: {"stop": 1.0}, at=3), live=live(safe={"velocity": 0.0}))
+        plant.close()
 
 
 @pytest.mark.parametrize(

@@ -270,7 +270,8 @@ def _run_one(
             return run_live(plant, controller, clock, rng, live)
         return run_part(plant, controller, clock, rng)
     except Exception as error:
-        error.add_note(f"in part {number}")
+        if not isinstance(error, Aborted):  # which says it
+            error.add_note(f"in part {number}")
         raise
 
 

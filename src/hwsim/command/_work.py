@@ -134,9 +134,13 @@ def _ran(
         folder.begin(plan)
         _refuse_others(job, given, stage, folder, arguments)  # another may have begun before it was locked
         folder.refuse_other_run(controller=job.controller(plan))
+    from hwsim._report.releases import missed_releases
+
     log, stopped = _run(area, job, plan, stage, folder, arguments)
     kept = [] if folder is None else _kept(area, arguments, folder, title, log, plan)
     text = area.report(title, log, plan, job)
+    if late := missed_releases(log):
+        text = f"{text}\n{late}"
     if len(log) > arguments.parts:
         held = f"{folder} held {counted(len(log), f'finished {area.part}')} already"
         text = f"{text}\n\n{held}: all of them are reported, not {arguments.parts}"

@@ -19,7 +19,7 @@ from sdpgrind.base import checks, unit_text
 _OURS: Final = (
     "1", "mm", "s", "mm/s", "mm/s^2", "N", "W", "rad", "rad/s", "rad/s^2", "mm^3/s", "mm^2", "kg", "A", "J",
 )  # fmt: skip
-_TICK, _TIMEOUT = 1e-3, 0.5  # s; chosen: fine enough for any period; a machine's watchdog is not known
+_TICK, _TIMEOUT = 1e-3, 0.0  # s; chosen: fine enough for any period; a machine's watchdog is not known
 _EXCHANGES, _BEGUN = 20, 5.0  # chosen: a median of them is steady; s, chosen: a part begins within it
 _COUNTS = 1 << 15  # chosen: what the smallest usual whole number of a machine holds
 _INTEGERS = (
@@ -108,7 +108,7 @@ def _place(table: Table) -> NodePlace:
 def _end(table: Table, key: str, written: str, unit: str) -> float:
     """An end of a range with its unit: a bare number may be in that of the machine or of the library."""
     given = table.take(key)
-    if unit and unit_text.bare(given):
+    if unit and given != 0 and unit_text.bare(given):  # 0 is 0 in both
         raise ValueError(
             f'{table.path(key)} must be a text with its unit, such as "{given} {written}"; got {given!r}'
         )
@@ -252,7 +252,11 @@ class ForeignMachine:
             if time.monotonic() > until:
                 raise ValueError(
                     f"machine.done must fall when a part begins; it stood for {_BEGUN:g} s"
-                    + ("" if "start" in self._nodes.machine else ": without machine.start no part is asked for")
+                    + (
+                        ""
+                        if "start" in self._nodes.machine
+                        else ": without machine.start no part is asked for"
+                    )
                 )
         self._part = part
 

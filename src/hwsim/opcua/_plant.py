@@ -120,6 +120,11 @@ class OpcuaPlant:
         return self._told.ranges
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """The machine's own safe command, in its units, where the machine tells it."""
+        return self._told.safe
+
+    @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit (and dimension of arrays) of the outcomes."""
         counted = {} if self._told.speed is None else {"bad_quality": ""}

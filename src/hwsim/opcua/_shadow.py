@@ -32,7 +32,7 @@ class ShadowPart(RemotePart):
 
     def _heard(self) -> None:
         if self._live.reason is not None:
-            self._forwarding.told(self._live.reason, "machine", time.monotonic_ns())
+            self._forwarding.told(self._live.reason, "", time.monotonic_ns())
         super()._heard()
 
     def _hand(self, command: Mapping[str, Any], now: int) -> None:
@@ -43,7 +43,7 @@ class ShadowPart(RemotePart):
 
     def make_safe(self, reason: str) -> None:
         """Leave the machine to its own control."""
-        self._forwarding.told(reason, "machine", time.monotonic_ns())
+        self._forwarding.told(reason, "", time.monotonic_ns())
 
 
 def followed(
