@@ -586,10 +586,11 @@ def test_a_stop_within_a_pass_lifts_the_wheel():
         ({"safe": SAFE, "deadline": 0.0}, r"deadline must be > 0 \(s\)"),
         ({"safe": SAFE, "overruns": "ignore"}, "overruns must be one of"),
         ({"safe": SAFE, "stuck": {"level": 1}}, r"stuck\['level'\] must be"),
+        ({"safe": SAFE, "stuck": ["level"]}, r'stuck must be a Mapping, such as {"size": 20}; got .*level'),
     ],
 )
 def test_wrong_options(options, said):
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises((ValueError, TypeError), match=said):
         hwsim.Live(**options)
 
 
@@ -600,6 +601,7 @@ def test_wrong_options(options, said):
             {"live": hwsim.Live(safe={"stop": 1.0})},
             "safe must be of commands that the plant accepts: flow, close; got 'stop'",
         ),
+        ({"live": True}, r"live must be a Live: hwsim.Live\(safe=...\); got True"),
         ({"live": hwsim.Live(shadow=True)}, "live must not be in shadow on a simulated Tank"),
         ({"live": hwsim.Live(safe=SAFE, stuck={"size": 20})}, "stuck must be of measurements of the plant"),
         ({"live": hwsim.Live(safe=SAFE, stuck={"level": 20})}, "stuck must not be given on a simulated Tank"),

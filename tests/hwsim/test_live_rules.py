@@ -88,6 +88,14 @@ def test_waiting_is_life():
     assert not rule.alive(411 * MS)
 
 
+def test_a_slow_computer_is_told_from_a_slow_step():
+    for waits, said in ((False, ""), (True, ", which waited: not its step but this computer was slow")):
+        rule = Forwarding(SAFE, 50 * MS, 0)
+        rule.waits = waits
+        assert rule.poll(51 * MS) == SAFE
+        assert rule.trip.reason == f"no sign of the controller for more than 50 ms{said}"
+
+
 def test_changes_handed_between_two_polls_are_joined():
     rule = Forwarding(SAFE, 50 * MS, 0)
     rule.hand({"rate": 1.0, "speed": 5.0}, MS)

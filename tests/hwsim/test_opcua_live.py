@@ -18,6 +18,7 @@ from opcua_fakes import Axis, Cable, Drive, live, served
 import hwsim
 import sdpgrind
 from hwsim._live.forwarding import Forwarding
+from hwsim.opcua import _begin
 from hwsim.opcua._live_part import Watch
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._remote import Remote
@@ -468,6 +469,72 @@ def test_shadow_writes_nothing_and_logs_both_commands():
     assert log.outcome.aborted.values.tolist() == [0.0] and log.outcome.stopped.values.tolist() == [0.0]
     assert hwsim.run(hwsim.Recording(log), Drive()).outcome.same.values.tolist() == [1.0]
     assert all(not command.get("stop") for _, command in axis.told)
+
+
+def test_a_shadow_says_that_it_waits_and_a_stand_without_its_own_control_is_told(axis):
+    control, told = hwsim.Live(shadow=True), []
+
+    def progress(share, text):
+        told.append(text)
+        control.abort("nobody begins")
+
+    waiting = "waiting for the machine to begin a part; it has no control of its own, so another client must"
+    with served(axis) as server, pytest.raises(hwsim.Aborted, match="no part was begun: nobody begins"):
+        hwsim.run(behind(server), Drive(), live=control, progress=progress)
+    assert told == [f"{waiting} begin one"]
+
+
+def test_a_shadow_tells_commands_that_the_machine_would_refuse():
+    with served(Axis(length=0.4), controller=Drive()) as server:
+        said = r"the controller would be refused: velocity must be in \[-10, 10\] \(mm/s\); got 50"
+        with pytest.warns(UserWarning, match=said):
+            log = hwsim.run(behind(server), Drive(lambda: {"velocity": 50.0}), live=hwsim.Live(shadow=True))
+    assert log.outcome.aborted.values.tolist() == [0.0] and 50.0 in log["controller"].velocity_command
+
+
+def test_other_clients_see_no_command_of_the_part_before(axis):
+    async def shown(url):
+        async with Client(url) as client:
+            space = await client.get_namespace_index(URI)
+            await client.get_node(ua.NodeId("Axis", space)).call_method(
+                ua.NodeId("Axis.Start", space), ua.Variant(2, ua.VariantType.Int64), ""
+            )
+            node = client.get_node(ua.NodeId("Axis.Commands.stop", space))
+            while (value := await node.read_value()) == 1.0:
+                await asyncio.sleep(0.01)
+            return value
+
+    with served(axis, timeout=60.0) as server:
+        plant = behind(server)
+        hwsim.run(plant, Drive(lambda: {"stop": 1.0}, at=3), live=live())
+        plant.close()
+        assert np.isnan(asyncio.run(asyncio.wait_for(shown(server.url), 20.0)))
+
+
+def test_the_deadline_is_compared_with_the_link_before_the_first_part_only(axis, monkeypatch):
+    seen, check = [], _begin.check_deadline
+    monkeypatch.setattr(_begin, "check_deadline", lambda *given: seen.append(check(*given)))
+    with served(axis) as server:
+        control = live()
+        for parts in (1, 2):
+            hwsim.run(behind(server), Drive(lambda: {"stop": 1.0}, at=2), parts=parts, live=control)
+            assert len(seen) == parts
+
+
+def test_a_period_that_is_no_number_of_ticks_is_answered_by_one_that_is(axis):
+    with served(axis) as server:
+        plant = behind(server)
+        told = str(hwsim.check(plant, Drive(period=0.025)))
+        assert told.endswith("no whole number of the plant's ticks of 0.01 s; a period of 0.02 s would fit")
+        assert str(hwsim.check(plant, Drive())) == "Drive and OpcuaPlant fit"
+        plant.close()
+    with served(axis, controller=Drive()) as server:
+        plant = behind(server)
+        assert str(hwsim.check(plant, Drive())).splitlines()[1:] == [
+            "- the machine is listened to only, hwsim.Live(shadow=True): it has its own control"
+        ]
+        assert str(hwsim.check(plant.listening(), Drive())) == "Drive and OpcuaPlant fit"
+        plant.close()
 
 
 def test_a_quality_that_is_not_good_is_nan_and_counted():

@@ -136,6 +136,9 @@ def test_a_machine_without_a_heartbeat_is_listened_to_only(plc, tmp_path):
     plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
     with pytest.raises(ValueError, match=r"live must be in shadow, .*: machine.heartbeat is missing"):
         hwsim.run(plant, Drive(), live=live(safe={"velocity": 0.0}))
+    assert str(hwsim.check(plant, Drive())).splitlines()[1:] == [
+        "- the machine is listened to only, hwsim.Live(shadow=True): machine.heartbeat is missing"
+    ]
     assert plant.listening().measures == {"place": "mm", "velocity_actual": "mm/s"}
     plant.close()
 
@@ -226,6 +229,20 @@ def test_a_wrong_table_names_file_and_key(tmp_path, old, new, said):
             "opc.tcp://127.0.0.1:9", nodes=table(tmp_path, TABLE.replace(old, new)), security="none"
         )
     assert f"grinder.toml: {said}" in str(error.value)
+
+
+def test_missing_limits_are_told(plc, tmp_path):
+    text = TABLE.replace('min = "-600 mm/min"\n', "").replace('max = "600 mm/min"\n', "")
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
+    assert str(hwsim.check(plant, Drive())).splitlines()[1:] == [
+        "- nodes gives no min and max of velocity: only the machine's own limits are kept"
+    ]
+    plant.close()
+
+
+def test_a_table_that_is_not_there(tmp_path):
+    with pytest.raises(ValueError, match=r"nodes must be a TOML file .*; .*no.toml: No such file"):
+        hwsim.OpcuaPlant("opc.tcp://127.0.0.1:9", nodes=tmp_path / "no.toml", security="none")
 
 
 def test_a_machine_that_is_not_ours_needs_a_table(plc):

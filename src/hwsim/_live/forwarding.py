@@ -30,6 +30,7 @@ class Forwarding:
     def __init__(self, safe: Mapping[str, Any], deadline: int, now: int, by: str = "link") -> None:
         self.trip: Trip | None = None
         self.by, self.handed = by, 0
+        self.waits = False  # whether the controller's thread waits for the machine, and is in no step
         self._safe, self._deadline, self._life = dict(safe), deadline, now
         self._waiting: deque[Mapping[str, Any]] = deque()
         self._asked: tuple[str, str] | None = None
@@ -85,7 +86,8 @@ class Forwarding:
         if self.trip is not None:
             return {}
         if now - self._life > self._deadline:
-            self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms", self.by)
+            slow = ", which waited: not its step but this computer was slow" if self.waits else ""
+            self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms{slow}", self.by)
         command: dict[str, Any] = {}
         while self._waiting and self._asked is None:
             command |= self._waiting.popleft()

@@ -30,7 +30,6 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 def check_live(live: Live, plant: Plant, controller: Controller) -> None:
     """Refuse a live run whose safe command the plant does not take, or that would log a name twice."""
-    checks.kind("live", live, Live, ": hwsim.Live(safe=...)")
     _check_safe(live, plant)
     for name in live.stuck:
         if name not in plant.measures:

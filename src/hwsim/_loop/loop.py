@@ -114,7 +114,7 @@ def run(
         check_adaptation("adapt", adapt)
     if adapt is not None and executor is not None:
         raise ValueError(WAITS)
-    if live is not None and live.shadow:
+    if live is not None and checks.kind("live", live, Live, ": hwsim.Live(safe=...)").shadow:
         plant = getattr(plant, "listening", lambda: plant)()
     plant, clock = checked_clock(plant, controller)
     check_order(plant, executor)

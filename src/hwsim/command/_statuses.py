@@ -20,6 +20,12 @@ class Terminated(BaseException):
     """SIGTERM, as KeyboardInterrupt is SIGINT."""
 
 
+def of_signal(name: str | None) -> int | None:
+    """Exit status of a run that a signal (SIGINT, SIGTERM) aborted; None: it was none."""
+    known = {each.name: _OF_SIGNALS + each for each in (signal.SIGINT, signal.SIGTERM)}
+    return known.get(name or "")
+
+
 def catch_signals() -> None:
     """Turn SIGINT and SIGTERM into exceptions, so that files are closed and what began is said."""
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -56,7 +56,13 @@ class Nodes(NamedTuple):
 
 def read_nodes(path: str | os.PathLike[str]) -> Nodes:
     """Read a table of nodes; ValueError names file and key."""
-    return read(checks.path("nodes", path), _nodes)
+    file = checks.path("nodes", path)
+    try:
+        return read(file, _nodes)
+    except OSError as error:
+        raise ValueError(
+            f"nodes must be a TOML file with a table of nodes; {file}: {error.strerror}"
+        ) from None
 
 
 def nodes_of(told: Sequence[Any]) -> Nodes:

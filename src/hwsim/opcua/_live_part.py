@@ -111,18 +111,22 @@ class RemotePart:
 
     def _hand(self, command: Mapping[str, Any], now: int) -> None:
         """Hand over a command and wait until the machine has taken it; a wrong one is not sent."""
-        told, sent = self._told, dict[str, Any]()
-        for name, value in command.items():
-            sent[name] = checked(name, value, told.accepts[name])
-            if name in told.ranges:
-                within(name, sent[name], told.ranges[name], told.accepts[name])
-        self._forwarding.hand(sent, now)
+        self._forwarding.hand(self._checked(command), now)
         number = self._forwarding.handed
         self._wake()
         self._wait(lambda: self._pulse.taken >= number)
         if self._pulse.refusal is not None:
             raise self._pulse.refusal
         self.taken = True
+
+    def _checked(self, command: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a command as it goes out; one that the machine would refuse is refused here."""
+        told, sent = self._told, dict[str, Any]()
+        for name, value in command.items():
+            sent[name] = checked(name, value, told.accepts[name])
+            if name in told.ranges:
+                within(name, sent[name], told.ranges[name], told.accepts[name])
+        return sent
 
     def _happened(self) -> bool:
         """Whether an event or the end came that was not yet told."""
@@ -163,6 +167,13 @@ class RemotePart:
     def _wait(self, happened: Callable[[], bool], until: int | None = None) -> None:
         """Wait, with signs of life, for something or until a monotonic time (ns)."""
         slice_ = self._live.deadline / BEATS
+        self._forwarding.waits = True
+        try:
+            self._waited(happened, until, slice_)
+        finally:
+            self._forwarding.waits = False
+
+    def _waited(self, happened: Callable[[], bool], until: int | None, slice_: float) -> None:
         while not happened():
             left = slice_ if until is None else (until - time.monotonic_ns()) / NANOSECONDS
             if left <= 0:
@@ -204,8 +215,11 @@ class RemotePart:
     def _look_again(self) -> None:
         """See whether the machine has made itself safe by now."""
         with contextlib.suppress(ConnectionError, TimeoutError):
-            self._remote.link.loop.run(self._pulse.sample(), ANSWER)
-            self._heard()
+            self._remote.link.loop.run(self._seen_again(), ANSWER)
+
+    async def _seen_again(self) -> None:
+        await self._pulse.sample()
+        self._heard()
 
     def _remote_outcome(self) -> dict[str, Any]:
         until = time.monotonic() + self._told.timeout + ANSWER
