@@ -587,6 +587,7 @@ def test_a_stop_within_a_pass_lifts_the_wheel():
         ({"safe": SAFE, "overruns": "ignore"}, "overruns must be one of"),
         ({"safe": SAFE, "stuck": {"level": 1}}, r"stuck\['level'\] must be"),
         ({"safe": SAFE, "stuck": ["level"]}, r'stuck must be a Mapping, such as {"size": 20}; got .*level'),
+        ({"safe": SAFE, "shadow": True}, "safe must not be given in shadow, where nothing is written"),
     ],
 )
 def test_wrong_options(options, said):

@@ -393,6 +393,10 @@ def test_a_safe_command_other_than_the_machine_s_own_is_told(axis):
     ("change", "said"),
     [
         ({"speed": 0.0}, "speed must be > 0; got 0.0"),
+        (
+            {"timeout": 0.001, "speed": 2.0},
+            r"timeout must be >= a tick of the plant, 0.005 s at this speed \(s\); got 0.001",
+        ),
         ({"timeout": -1.0}, r"timeout must be > 0 \(s\); got -1.0"),
         ({"security": None}, "security must be a folder of certificates, which `hwsim keys FOLDER` makes"),
         ({"users": {"operator": "x"}}, 'users must be None with security="none"'),

@@ -78,7 +78,7 @@ class Live:
     Raises
     ------
     ValueError
-        When a value is out of range, `safe` is missing, or there is a gate in shadow.
+        When a value is out of range, `safe` is missing, or there is a gate or a `safe` in shadow.
 
     Examples
     --------
@@ -232,7 +232,9 @@ class Live:
 
 
 def _checked_safe(safe: Any, *, shadow: bool) -> dict[str, float]:
-    if shadow and safe is None:
+    if shadow:
+        if safe is not None:
+            raise ValueError(f"safe must not be given in shadow, where nothing is written; got {safe}")
         return {}
     if not isinstance(safe, Mapping) or not safe:
         raise ValueError(

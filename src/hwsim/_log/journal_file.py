@@ -199,7 +199,9 @@ def _corrupt(error: Exception) -> bool:
 
 def _whole_refused(broken: BrokenError, path: Path) -> DamagedFileError:
     command = f"hwsim verify {os.fspath(path)} --salvage good.db"
-    return DamagedFileError(path, broken.wrong, f"{command} writes the parts before the damage, if there are any")
+    return DamagedFileError(
+        path, broken.wrong, f"{command} writes the parts before the damage, if there are any"
+    )
 
 
 def version(run: Mapping[str, str], database: sqlite3.Connection, path: Path) -> str:
