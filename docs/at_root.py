@@ -3,7 +3,7 @@
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-SAMPLES = "tests/data/samples"
+SAMPLES = "tests/data/"
 
 
 def commissioning(gallery_conf, script_vars):

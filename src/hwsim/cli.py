@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
+from hwsim.command._export import add_export
 from hwsim.command._keys import add_keys
 from hwsim.command._roundness.command import add_roundness
 from hwsim.command._statuses import WRONG_INPUT, catch_signals, ended, forget_output, ignore_signals
@@ -104,6 +105,7 @@ def _parser() -> argparse.ArgumentParser:
     add_keys(areas)
     add_warm(areas, named, parser.parse_args)
     add_verify(areas, named, parser.parse_args)
+    add_export(areas)
     return parser
 
 

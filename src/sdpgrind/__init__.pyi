@@ -1,3 +1,4 @@
+from . import codegen as codegen
 from . import control as control
 from . import finishing as finishing
 from . import identify as identify
@@ -12,5 +13,6 @@ from .base.compiling.warm import warm as warm
 from .base.damaged import DamagedFileError as DamagedFileError
 from .base.damaged import OldFileWarning as OldFileWarning
 from .base.records import load as load
+from .codegen._export import export as export
 
 __version__: str

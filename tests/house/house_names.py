@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src"
 PACKAGES = (
     "sdpgrind",
+    "sdpgrind.codegen",
     "sdpgrind.control",
     "sdpgrind.finishing",
     "sdpgrind.finishing.arm",

@@ -55,7 +55,7 @@ class Labels:
         described: dict[str, float | str] = {}
         for said in (*controllers(controller).values(), plant):
             described |= getattr(said, "description", {})
-        names = class_name(plant), type(controller).__name__
+        names = class_name(plant), getattr(controller, "stands_for", type(controller).__name__)
         between = set_points(plant, controller)
         return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described, between)
 

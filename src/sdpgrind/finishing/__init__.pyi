@@ -25,9 +25,11 @@ from .arm._robot_presets import robot as robot
 from .arm._robot_presets import robots as robots
 from .arm._serial import SerialRobot as SerialRobot
 from .path._hilbert import hilbert as hilbert
+from .path._lift import Lift as Lift
 from .path._path import Path as Path
 from .path._zigzag import zigzag as zigzag
 from .study._study import Study as Study
+from .surface._read import read_surfaces as read_surfaces
 from .surface._region import Region as Region
 from .surface._surface import Surface as Surface
 from .torque._axis import TorqueAxis as TorqueAxis

@@ -12,7 +12,7 @@ from sdpgrind.finishing._problem.placed import placed, turned
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._robot import Robot
-from sdpgrind.finishing.path import PathSamples
+from sdpgrind.finishing.path import LiftedPath, PathSamples
 from sdpgrind.finishing.timing import TableLoop
 
 ASTRAY = 1.0  # largest distance of a motion from the path, mm; chosen: beyond it is that of another part
@@ -36,7 +36,9 @@ def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: flo
         poses, table = placed(poses, (0.0, 0.0, 0.0, -problem.turn)), turned(table, -problem.turn)
     course = _course(problem, rows[:, 0], poses, tree.data[0], weight)
     course[:, at.TABLE : at.TABLE + 2] = table[:, :2]
-    _check_tip(course, tree)
+    nearest = _nearest(course, tree)
+    if isinstance(problem.path, LiftedPath):
+        course[:, at.CLEARANCE] = problem.path.sample().clearance[nearest]
     return course
 
 
@@ -51,7 +53,9 @@ def _table(robot: Robot, joints: Floats) -> Floats:
 def standing(problem: FinishingProblem, first: PathSamples, weight: float) -> Floats:
     """Two rows of a tool that stands at the beginning of the path, `first`."""
     poses = np.repeat(problem.tool_poses(first), 2, axis=0)
-    return _course(problem, np.array([0.0, 1.0]), poses, first.point[0], weight)
+    course = _course(problem, np.array([0.0, 1.0]), poses, first.point[0], weight)
+    course[:, at.CLEARANCE] = first.clearance[0]
+    return course
 
 
 def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Floats, weight: float) -> Floats:
@@ -65,7 +69,7 @@ def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Float
     course[:, at.NORMAL : at.NORMAL + 3] = turn @ np.array([-side * c, 0.0, -s])
     course[:, at.AZIMUTH : at.AZIMUTH + 3] = turn @ np.array([-s, 0.0, side * c])
     course[:, at.WEIGHT] = -weight * side * turn[:, 2, 0]
-    course[:, at.AHEAD :] = _directions(tip)
+    course[:, at.AHEAD : at.CLEARANCE] = _directions(tip)
     return course
 
 
@@ -95,9 +99,9 @@ def _check_joints(problem: FinishingProblem, rows: Floats) -> None:
         )
 
 
-def _check_tip(course: Floats, tree: cKDTree) -> None:
-    """Refuse a motion away from the path."""
-    away, _ = tree.query(course[:, at.TIP : at.TIP + 3])
+def _nearest(course: Floats, tree: cKDTree) -> Any:
+    """Return the nearest sample of the path for each row; refuse a motion away from it."""
+    away, nearest = tree.query(course[:, at.TIP : at.TIP + 3])
     spacing = float(np.max(np.linalg.norm(np.diff(tree.data, axis=0), axis=1)))
     worst = int(np.argmax(away))
     if away[worst] > ASTRAY + spacing:
@@ -105,6 +109,7 @@ def _check_tip(course: Floats, tree: cKDTree) -> None:
             "motion must follow the path of the problem; "
             f"at {course[worst, at.TIME]:g} s its tip is {away[worst]:.3g} mm away"
         )
+    return nearest
 
 
 def loop_of(table: TableLoop | None, tick: float) -> Floats:

@@ -13,8 +13,8 @@ from sdpgrind.finishing.torque._controller_kernels import _controller_step, _fee
 from sdpgrind.finishing.torque._states import AXIS, CONTROLLER, LAW, MOTOR
 
 # derived: columns of a course: time, table commands, tip, normal, azimuth of the tool, weight torque,
-# direction ahead; their number
-TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, COLUMNS = 0, 1, 3, 6, 9, 12, 13, 16
+# direction ahead, clearance in the air; their number
+TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, CLEARANCE, COLUMNS = 0, 1, 3, 6, 9, 12, 13, 16, 17
 
 # settings of a cell
 TICK, LEVER, CONTACT_ANGLE, SIDE, FRICTION, LOAD, RESOLUTION, OFFSET, CURRENT_STEP, CURRENT_MAX, SETTINGS = (
@@ -27,7 +27,8 @@ FORCE, FEED, HEIGHT, TICKS, TOUCHED, SAMPLES, EVERY = range(14, 21)
 COUNT, FORCE_MEAN, FORCE_SQUARES, FORCE_MIN, FORCE_MAX, LIFTED, FEED_MEAN, FEED_SQUARES, DEVIATION = range(
     21, 30
 )
-STATES = 30  # derived: number of places above
+AIR = 30  # derived: place of the clearance, mm, by which the surface is farther from the planned tip
+STATES = 31  # derived: number of places above
 
 TRACE = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
 ROWS = (
@@ -98,6 +99,7 @@ def touch(course, waves, loop, cell, state, seconds):
     place[1] += off_y
     height, slope = field(waves, place, along)
     state[HEIGHT] = height - off_x * normal[0] - off_y * normal[1]
+    state[AIR] = _between(course, leg, share, CLEARANCE)
     aside = cell[SIDE] * np.tan(cell[CONTACT_ANGLE]) * state[HEIGHT]
     off = np.empty(3)
     for i in range(3):
@@ -105,7 +107,8 @@ def touch(course, waves, loop, cell, state, seconds):
         place[i] += off[i]
     off[0] += off_x
     off[1] += off_y
-    _deviate(course, leg, normal, off, state)
+    if state[AIR] == 0.0:
+        _deviate(course, leg, normal, off, state)
     weight = _between(course, leg, share, WEIGHT)
     return place, along, slope, weight
 
@@ -135,7 +138,7 @@ def begin(course, waves, loop, cell, state):
 @compiled
 def surface_angle(cell, state):
     """Motor angle (rad) at the true surface, relative to that at the planned one."""
-    return -state[HEIGHT] / (cell[LEVER] * np.cos(cell[CONTACT_ANGLE]))
+    return -(state[HEIGHT] - state[AIR]) / (cell[LEVER] * np.cos(cell[CONTACT_ANGLE]))
 
 
 @compiled
@@ -183,7 +186,7 @@ def _tick(course, waves, loop, cell, axis, state, motor, trace, current, overrid
     state[TICKS] += 1.0
     if motor.mean_torque > _FLYING and state[TOUCHED] < 0.0:
         state[TOUCHED] = state[TICKS]
-    if state[PLAYED] > before:
+    if state[PLAYED] > before and state[AIR] == 0.0:
         _count(state, motor.mean_torque <= _FLYING)
     _keep(state, cell, trace)
 

@@ -12,6 +12,7 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._choice import RobotChoice, choose
 from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
 from sdpgrind.finishing.arm._robot import Robot
+from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.timing._joint_path import JointPath
@@ -21,6 +22,7 @@ from sdpgrind.finishing.timing._lower_bound import lower_bound
 ENDLESS = 1e6  # mm, chosen: half the travel of a table without limits, far beyond any arm
 # Least samples of a leg, and mm between them; chosen: a spline through the joints follows the path.
 FEWEST, STEP = 8, 0.25
+STILL = 1e-6  # mm and 1, chosen: change of a pose between two runs that is none
 
 
 def limits_of(problem: FinishingProblem, method: str) -> tuple[JointLimits, float | None]:
@@ -40,10 +42,19 @@ def least_duration(problem: FinishingProblem, method: str) -> float:
     samples = samples_of(problem.path)
     limits, pace = limits_of(problem, method)
     runs = runs_of(samples, posture_of(problem, samples)[0].joints)
-    return lower_bound(runs, limits, feed_rate=problem.feed_rate, acceleration=pace)
+    return lower_bound(runs, limits, feed_rate=feeds_of(problem, samples), acceleration=pace)
 
 
-def samples_of(path: Path) -> PathSamples:
+def feeds_of(problem: FinishingProblem, samples: PathSamples) -> float | list[float]:
+    """Greatest feed of the process, or of each run where some are through the air, mm/s."""
+    path = problem.path
+    if not isinstance(path, LiftedPath):
+        return problem.feed_rate
+    on_work = [bool(piece.any()) for piece in np.split(samples.contact, _cuts(samples))]
+    return [problem.feed_rate if each else path.lift.air_feed for each in on_work]
+
+
+def samples_of(path: Path | LiftedPath) -> PathSamples:
     """Samples at most `STEP` mm apart; the joints are smooth only between knots of the surface."""
     longest = float(np.diff(path.sample(per_leg=1).length).max())
     return path.sample(per_leg=max(FEWEST, math.ceil(longest / STEP)))
@@ -53,7 +64,7 @@ def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[RobotCh
     """Return branch and joints of the robot at every sample, and the placement (mm, rad)."""
     poses = problem.tool_poses(samples)
     if problem.heading == "feed_aligned":
-        _refuse_corners(problem, np.split(poses, _cuts(samples)))
+        _refuse_corners(problem, np.split(poses, _turns(samples, poses)))
     place = problem.placement if problem.placement is not None else _centred(problem, poses)
     return _chosen(problem, problem.robot, placed(poses, place)), place
 
@@ -122,6 +133,12 @@ def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
 def _cuts(samples: PathSamples) -> Any:
     """Indices of the starts of new runs."""
     return np.flatnonzero(np.diff(samples.run)) + 1
+
+
+def _turns(samples: PathSamples, poses: Floats) -> Any:
+    """Indices of the starts of runs at which the tool turns; in the air it rests there without."""
+    cuts = _cuts(samples)
+    return cuts[np.abs(poses[cuts] - poses[cuts - 1]).max(axis=(1, 2)) > STILL]
 
 
 def runs_of(samples: PathSamples, joints: Floats) -> list[JointPath]:

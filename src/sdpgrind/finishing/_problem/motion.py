@@ -140,6 +140,13 @@ class Motion(Plan):
         check_pressed(self.problem)
         return self._own("torque_per_force")
 
+    @property
+    def contact(self) -> Bools:
+        """Whether the tool is on the work in each row, (m,); False (unit 1) in the lifts of a path."""
+        if "contact" not in self._data:
+            return np.ones(len(self.time), dtype=bool)
+        return np.asarray(self._data["contact"].values == 1)
+
     def _own(self, name: str) -> Floats:
         return np.asarray(self._data[name].values)
 

@@ -9,6 +9,7 @@ import xarray as xr
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._robot import Robot
+from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
@@ -37,7 +38,11 @@ def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[Ti
     lever = (
         None if problem.face_on else problem.torque_per_force(problem.feed_angles(problem.path.at(inside)))
     )
-    return _labelled(problem.robot, time, length, feed, joints, speed, lever)
+    table = _labelled(problem.robot, time, length, feed, joints, speed, lever)
+    if isinstance(problem.path, LiftedPath):
+        on_work = problem.path.at(length).contact.astype(np.int8)
+        table["contact"] = "row", on_work, {"units": "1", "long_name": "1 on the work, 0 in the air"}
+    return table
 
 
 def _times(law: TimeLaw) -> Floats:

@@ -4,7 +4,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.progress import ProgressOption, portion, reporting
-from sdpgrind.finishing._problem.joint_runs import limits_of, posture_of, runs_of, samples_of
+from sdpgrind.finishing._problem.joint_runs import feeds_of, limits_of, posture_of, runs_of, samples_of
 from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError
 from sdpgrind.finishing._problem.motion_rows import rows
 from sdpgrind.finishing._problem.posture import Posture
@@ -31,7 +31,7 @@ def plan(
     acceleration, by the package toppra (extra ``toppra``). ``"min_time"``: fastest law under the limits of
     speed, acceleration and jerk; slower than a trapezoid (no limit of jerk) where there are many corners;
     ``jerk_max=None``: no limit of jerk. All three rest at sharp corners; ``path.blended()`` has none, and
-    suits the last two.
+    suits the last two. Straight lines of a lift are runs at its ``air_feed``; the limits hold there, too.
 
     Parameters
     ----------
@@ -72,16 +72,16 @@ def plan(
     samples = samples_of(problem.path)
     chosen, place = posture_of(problem, samples)
     limits, pace = limits_of(problem, method)
-    runs = runs_of(samples, chosen.joints)
+    runs, feeds = runs_of(samples, chosen.joints), feeds_of(problem, samples)
     laws = time_laws(
         runs,
         limits,
-        feed_rate=problem.feed_rate,
+        feed_rate=feeds,
         acceleration=pace,
         method=method,
         progress=portion(progress, JOINTS_SHARE, 1.0),
     )
-    worst = worst_violation(runs, laws, limits=limits, feed_rate=problem.feed_rate)
+    worst = worst_violation(runs, laws, limits=limits, feed_rate=feeds)
     begun = sum(law.duration for law in laws[: worst.run])
     table = rows(problem, runs, laws)
     free = {name: np.full(table.sizes["row"], value) for name, value in chosen.free.items()}

@@ -20,6 +20,7 @@ from sdpgrind.finishing.arm._lever import feed_angle, torque_per_force
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._serial import SerialRobot
 from sdpgrind.finishing.arm._tool import HEADINGS, checked_hold, is_face_on, tool_poses
+from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.roughness._model import RoughnessModel
@@ -40,6 +41,12 @@ def _place(name: str, value: Any) -> tuple[float, ...]:
     if place.size == 4 and abs(place[3]) > 2 * math.pi:
         raise checks.refuse(f"turn of {name}", "within a turn; units.deg(90)", float(place[3]), "rad")
     return tuple(place.tolist())
+
+
+def _path(name: str, value: Any) -> Path | LiftedPath:
+    return (
+        value if isinstance(value, LiftedPath) else checks.kind(name, value, Path, " (see finishing.hilbert)")
+    )
 
 
 def _robot(name: str, value: Any) -> Robot:
@@ -69,8 +76,8 @@ class FinishingProblem(Described):
 
     Parameters
     ----------
-    path : Path
-        Path of the contact; see `hilbert` and `zigzag`.
+    path : Path or LiftedPath
+        Path of the contact, with or without lifts; see `hilbert` and `zigzag`.
     model : RoughnessModel
         Roughness that the tool leaves.
     robot : Robot
@@ -115,7 +122,7 @@ class FinishingProblem(Described):
     12.5
     """
 
-    path: Path = part(Path, " (see finishing.hilbert)")
+    path: Path | LiftedPath = custom(_path)
     _: dataclasses.KW_ONLY
     model: RoughnessModel = part(
         RoughnessModel,
@@ -306,7 +313,7 @@ class FinishingProblem(Described):
         return asked("sdpgrind.finishing._doubts.doubts:doubts", self, data)
 
 
-def _digest(path: Path) -> str:
+def _digest(path: Path | LiftedPath) -> str:
     """Hash of a path, 12 hexadecimal digits."""
     return hashlib.sha256(encode(path).encode()).hexdigest()[:12]
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.course import Run
@@ -35,7 +36,13 @@ def blocks_of(run: Run, deviation: float, lever: float) -> Blocks:
     points = run.points[picks]
     feeds = np.diff(run.length[picks]) / np.diff(run.time[picks])
     ends = picks[1:]
-    return Blocks(points[1:], run.turns[ends], feeds, _blends(points, half - ROUNDED), run.joints[ends])
+    return Blocks(
+        points[1:],
+        run.turns[ends],
+        feeds,
+        _blends(points, run.turns[picks], half - ROUNDED, lever),
+        run.joints[ends],
+    )
 
 
 def _greedy(run: Run, tolerance: float, lever: float) -> list[int]:
@@ -90,15 +97,23 @@ def fits(run: Run, begin: int, end: int, tolerance: float, lever: float) -> bool
     return bool(np.all(lever * angle_between(told, turns) <= tolerance))
 
 
-def _blends(points: Floats, most: float) -> Floats:
-    """Lengths before points 1 to the last at which a blend begins, mm; it leaves the corner by <= `most`."""
+def _blends(points: Floats, turns: Floats, most: float, lever: float) -> Floats:
+    """Lengths before points 1 to the last at which a blend begins, mm; it leaves the corner by <= `most`.
+
+    So does the tool, times the lever: evenly turned from r before to r behind a corner, at which its rate (a
+    mm) changes by w, it is r w / 2 away from the turn at the corner.
+    """
     chords = np.diff(points, axis=0)
     size = np.linalg.norm(chords, axis=1)
     along = chords / size[:, None]
     gap = np.linalg.norm(along[1:] - along[:-1], axis=1)
     turn = 2.0 * np.arcsin(np.minimum(0.5 * gap, 1.0))
     shorter = _SHARE * np.minimum(size[1:], size[:-1])
+    frames = Rotation.from_quat(turns)
+    rates = (frames[:-1].inv() * frames[1:]).as_rotvec() / size[:, None]
+    kink = np.linalg.norm(np.diff(rates, axis=0), axis=1)
     radii = np.minimum(shorter, most / np.tan(np.maximum(turn, _STRAIGHT) / 4.0))
+    radii = np.minimum(radii, 2.0 * most / (lever * np.maximum(kink, _STRAIGHT)))
     return np.append(np.where(radii < _SHORTEST, 0.0, radii), 0.0)
 
 

@@ -1,6 +1,8 @@
 from ._hilbert import hilbert as hilbert
 from ._hilbert import hilbert_lsystem as hilbert_lsystem
 from ._hilbert import hilbert_nodes as hilbert_nodes
+from ._lift import Lift as Lift
+from ._lifted_path import LiftedPath as LiftedPath
 from ._metrics import PathMetrics as PathMetrics
 from ._path import Path as Path
 from ._samples import PathSamples as PathSamples

@@ -1,11 +1,18 @@
 """Hilbert curves: by the index of a node, by the strings of an L-system, and over a surface."""
 
+from typing import overload
+
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.finishing.path._hilbert_kernels import nodes_by_index
+from sdpgrind.finishing.path._lift import Lift
+from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._mappings import MAPPINGS
 from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._pieces import lifted, patch_of, trimmed_curve
+from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
 
 Nodes = npt.NDArray[np.int32]
@@ -16,24 +23,40 @@ _PRINTED = str.maketrans({"L": "+F-F-F+", "R": "-F+F-F-"})
 _DRAWN = str.maketrans({"L": "", "R": ""})
 
 
-def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: bool = False) -> Path:
+@overload
+def hilbert(surface: Surface, order: int, *, mapping: str = ..., edge: bool = ...) -> Path: ...
+@overload
+def hilbert(
+    surface: Surface | Patch, order: int, *, mapping: str = ..., edge: bool = ..., lift: Lift | None = ...
+) -> Path | LiftedPath: ...
+def hilbert(
+    surface: Surface | Patch,
+    order: int,
+    *,
+    mapping: str = "equal_area",
+    edge: bool = False,
+    lift: Lift | None = None,
+) -> Path | LiftedPath:
     """Lay a Hilbert curve over a surface.
 
     Parameters
     ----------
-    surface : Surface
-        Surface to cover.
+    surface : Surface or Patch
+        Surface to cover, or its trimmed part: nodes outside are dropped, and the tool is lifted between the
+        pieces that remain. Mappings are those of the whole surface.
     order : int
         n, from 1 to 12: 2^n by 2^n nodes. The source's order, 0 for 4 nodes, is one less.
     mapping : {"equal_area", "parametric"}
         Unit square on the surface: cells of equal area, or by the parameters (the source).
     edge : bool
         Whether the outer nodes lie on the edge of the surface; False: each node in the middle of its cell.
+    lift : Lift, optional
+        How the tool comes, is lifted and leaves. Default: `Lift` on a trimmed patch, else none.
 
     Returns
     -------
-    Path
-        Path of pattern ``"hilbert<n>"``.
+    Path or LiftedPath
+        Path of pattern ``"hilbert<n>"``; with lifts where asked for, or on a trimmed patch.
 
     Raises
     ------
@@ -54,7 +77,11 @@ def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: 
     places = hilbert_nodes(order)
     cells = 2**order
     nodes = places / (cells - 1.0) if edge else (places + 0.5) / cells
-    return Path(surface, nodes, mapping=mapping, pattern=f"hilbert{order}")
+    patch, pattern = patch_of(surface), f"hilbert{order}"
+    if not patch.trim and lift is None:
+        return Path(patch.surface, nodes, mapping=mapping, pattern=pattern)
+    checks.one_of("mapping", mapping, MAPPINGS)
+    return lifted(patch, trimmed_curve(patch, mapping, nodes), mapping, pattern, lift)
 
 
 def hilbert_nodes(order: int) -> Nodes:

@@ -1,6 +1,6 @@
 """Evenness of a path over its surface: length, steps, cells, coverage, gaps."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -9,12 +9,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.finishing.path._cells import CellRoute, cell_areas
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._forms import area_density
+from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
 
 # chosen: samples on the surface and on the path for each radius of the footprint
@@ -99,13 +100,38 @@ class PathMetrics(Frozen):
         return "PathMetrics(\n" + "\n".join(f"    {name:<15}{text}" for name, text in rows.items()) + ")"
 
 
+class Line(NamedTuple):
+    """Samples (m, 3) of the pieces of a path, and the first and last row of the piece of each, (m,)."""
+
+    point: Floats
+    first: Ints
+    last: Ints
+
+
+class CoveredArea(NamedTuple):
+    """What a path covers: a surface, or a trimmed part of it."""
+
+    surface: Surface
+    patch: Patch | None
+
+    def holds(self, u: Floats, v: Floats) -> Bools:
+        """Return which places (n,) of u with (m,) of v are covered, (n m,)."""
+        if self.patch is None or not self.patch.trim:
+            return np.ones(u.size * v.size, dtype=bool)
+        return self.patch.contains(u[:, None], v).ravel()
+
+
 def metrics(
     path: CellRoute,
     footprint_radius: float,
     surface_step: float | None = None,
     path_step: float | None = None,
+    *,
+    pieces: Sequence[CellRoute] = (),
+    patch: Patch | None = None,
 ) -> PathMetrics:
-    """Measure a path; see `Path.metrics`."""
+    """Measure a path, of several `pieces` on a patch, too; see `Path.metrics`."""
+    own = pieces or (path,)
     radius = checks.positive("footprint_radius", footprint_radius, "mm")
     on_surface = (
         radius / SURFACE_SHARE
@@ -115,12 +141,14 @@ def metrics(
     on_path = radius / PATH_SHARE if path_step is None else checks.positive("path_step", path_step, "mm")
     on_surface, on_path = min(on_surface, path.pitch / SURFACE_PITCH), min(on_path, path.pitch / PATH_PITCH)
     _refuse_work("surface_step", on_surface, sample_count(path.surface, on_surface), SURFACE_PITCH)
-    _refuse_work("path_step", on_path, path.length / on_path, PATH_PITCH)
-    steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
-    areas = cell_areas(path)
-    coverage, furthest = _covered(path, radius, on_surface, on_path)
+    length = float(sum(each.length for each in own))
+    _refuse_work("path_step", on_path, length / on_path, PATH_PITCH)
+    steps = np.concatenate([np.linalg.norm(np.diff(each.points, axis=0), axis=1) for each in own])
+    areas = None if len(own) > 1 or (patch is not None and patch.trim) else cell_areas(own[0])
+    covered = CoveredArea(path.surface, patch)
+    coverage, furthest = _coverage(covered, _line(own, on_path), radius, on_surface)
     return PathMetrics(
-        length=path.length,
+        length=length,
         step_min=float(steps.min()),
         step_mean=float(steps.mean()),
         step_max=float(steps.max()),
@@ -151,43 +179,56 @@ def _cv(values: Floats) -> float:
     return float(values.std() / values.mean())
 
 
-def _covered(path: CellRoute, radius: float, surface_step: float, path_step: float) -> tuple[float, float]:
+def _line(pieces: Sequence[CellRoute], step: float) -> Line:
+    """Samples along all pieces."""
+    points = [each.sample(step).point for each in pieces]
+    sizes = np.array([len(each) for each in points])
+    ends = np.cumsum(sizes)
+    return Line(np.concatenate(points), np.repeat(ends - sizes, sizes), np.repeat(ends - 1, sizes))
+
+
+def _coverage(covered: CoveredArea, line: Line, radius: float, surface_step: float) -> tuple[float, float]:
     """Share of the area within the radius, and greatest distance from the path."""
-    line = path.sample(path_step).point
-    tree = cKDTree(line, balanced_tree=False, compact_nodes=False)
+    tree = cKDTree(line.point, balanced_tree=False, compact_nodes=False)
     inside = area = 0.0
     worst: list[tuple[float, Floats]] = []
-    for block in surface_samples(path.surface, surface_step):
-        distance = _from_polyline(line, block.point, tree.query(block.point)[1])
-        inside += float(block.area[distance <= radius].sum())
-        area += float(block.area.sum())
-        worst += [(float(distance[k]), block.cell(k)) for k in np.argsort(distance)[-WORST:]]
+    for block in surface_samples(covered.surface, surface_step):
+        held = np.flatnonzero(covered.holds(*block.middles))
+        if not held.size:
+            continue
+        point, own = block.point[held], block.area[held]
+        distance = _from_polyline(line, point, tree.query(point)[1])
+        inside += float(own[distance <= radius].sum())
+        area += float(own.sum())
+        worst += [(float(distance[k]), block.cell(held[k])) for k in np.argsort(distance)[-WORST:]]
     cells = [cell for _, cell in sorted(worst, key=lambda found: found[0])[-WORST:]]
-    return inside / area, max(_furthest(path.surface, line, tree, cell) for cell in cells)
+    return inside / area, max(_furthest(covered, line, tree, cell) for cell in cells)
 
 
-def _furthest(surface: Surface, line: Floats, tree: cKDTree, cell: Floats) -> float:
+def _furthest(covered: CoveredArea, line: Line, tree: cKDTree, cell: Floats) -> float:
     """Greatest distance from the path in and around a cell [[u0, u1], [v0, v1]], on ever finer lattices."""
-    domain = np.array(surface.domain)
+    domain = np.array(covered.surface.domain)
     half, middle = np.diff(cell, axis=1), cell.mean(axis=1, keepdims=True)
     most = 0.0
     for _ in range(CLOSING):
         ends = np.clip(middle + half * [-1.0, 1.0], domain[:, :1], domain[:, 1:])
         u, v = (np.linspace(low, high, LATTICE) for low, high in ends)
-        point = surface.grid(u, v).point.reshape(-1, 3)
+        point = covered.surface.grid(u, v).point.reshape(-1, 3)
         distance = _from_polyline(line, point, tree.query(point)[1])
+        distance[~covered.holds(u, v)] = 0.0
         best = int(np.argmax(distance))
         most = max(most, float(distance[best]))
         middle, half = np.array([[u[best // LATTICE]], [v[best % LATTICE]]]), half / 4
     return most
 
 
-def _from_polyline(line: Floats, point: Floats, nearest: Ints) -> Floats:
-    """Distances of points from the two legs at their nearest place on a polyline."""
-    before, after = np.maximum(nearest - 1, 0), np.minimum(nearest + 1, len(line) - 1)
-    start = line[nearest]
+def _from_polyline(line: Line, point: Floats, nearest: Ints) -> Floats:
+    """Distances of points from the two legs at their nearest place on the pieces of a path."""
+    before = np.maximum(nearest - 1, line.first[nearest])
+    after = np.minimum(nearest + 1, line.last[nearest])
+    start = line.point[nearest]
     offset = point - start
-    squares = [_square_from_leg(offset, line[other] - start) for other in (before, after)]
+    squares = [_square_from_leg(offset, line.point[other] - start) for other in (before, after)]
     return np.asarray(np.sqrt(np.minimum(*squares)))
 
 
@@ -206,6 +247,11 @@ class CellBlock(NamedTuple):
     v: Floats
     point: Floats
     area: Floats
+
+    @property
+    def middles(self) -> tuple[Floats, Floats]:
+        """Parameters u (n,) and v (m,) of the samples."""
+        return (self.u[1:] + self.u[:-1]) / 2, (self.v[1:] + self.v[:-1]) / 2
 
     def cell(self, k: int) -> Floats:
         """Ends of a sample's cell, [[u0, u1], [v0, v1]]."""

@@ -243,6 +243,7 @@ class Path(Described, ByValue):
             found.tangent,
             found.curvature_vector,
             found.normal,
+            np.zeros(len(t)),
         )
 
     def resampled(self, step: float) -> Self:

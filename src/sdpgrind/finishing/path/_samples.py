@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 
 Ints = npt.NDArray[np.intp]
 
@@ -26,7 +26,9 @@ class PathSamples(NamedTuple):
     curvature_vector : array (m, 3)
         Derivative of the tangent by the length, 1/mm.
     normal : array (m, 3)
-        Outward unit normal of the surface.
+        Outward unit normal of the surface. In the air tangent and normal are those of the tool.
+    clearance : array (m,)
+        Height of the tool over the work in a lift, mm; 0 in contact.
 
     Examples
     --------
@@ -43,3 +45,9 @@ class PathSamples(NamedTuple):
     tangent: Floats
     curvature_vector: Floats
     normal: Floats
+    clearance: Floats
+
+    @property
+    def contact(self) -> Bools:
+        """Whether the tool is on the work: clearance 0 mm, (m,)."""
+        return self.clearance <= 0.0

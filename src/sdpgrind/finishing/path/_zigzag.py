@@ -1,13 +1,20 @@
 """Zigzag paths: passes along u or v with at most a pitch between them on the surface."""
 
+from typing import overload
+
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.finishing.path._geodesic_passes import geodesic_nodes
+from sdpgrind.finishing.path._lift import Lift
+from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._passes import PathPass, joined
 from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.path._pieces import lifted, patch_of
 from sdpgrind.finishing.path._spacing import Gaps, equal_spacing, even_spacing
 from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.path._trimmed import TrimmedSquare, trimmed_passes
+from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
 
 MAPPINGS = ("equal_spacing", "parametric", "equal_area", "geodesic")
@@ -15,19 +22,45 @@ DENSEST = 1e4  # chosen: ratio of widest to mean gap, of lines evenly apart in t
 NODES_MAX = 4**12  # chosen: the nodes of a Hilbert curve of the greatest order
 
 
+@overload
 def zigzag(
-    surface: Surface, pitch: float, *, mapping: str = "equal_spacing", along: str = "u", radius: float = 0.0
-) -> Path:
+    surface: Surface, pitch: float, *, mapping: str = ..., along: str = ..., radius: float = ...
+) -> Path: ...
+@overload
+def zigzag(
+    surface: Surface | Patch,
+    pitch: float,
+    *,
+    mapping: str = ...,
+    along: str = ...,
+    radius: float = ...,
+    lift: Lift | None = ...,
+    margin: float | None = ...,
+) -> Path | LiftedPath: ...
+def zigzag(
+    surface: Surface | Patch,
+    pitch: float,
+    *,
+    mapping: str = "equal_spacing",
+    along: str = "u",
+    radius: float = 0.0,
+    lift: Lift | None = None,
+    margin: float | None = None,
+) -> Path | LiftedPath:
     """Lay passes over a surface that turn back at its edges.
 
     The gap of the passes v = v1 and v = v2 at a place u is their perpendicular distance,
     int sqrt(EG - F^2)/sqrt(E) dv at that u; no gap on the whole line exceeds the pitch. Passes stay half a
     pitch away from all four edges. Nodes along the passes are at most a pitch apart.
 
+    On a trimmed patch passes are cut at the trimming. A pass goes on to the next one where a straight move
+    between their ends stays inside; else the tool is lifted over to the next piece. The strip between
+    the last pass and a trimming along it is up to a pitch wide. Slots below 0.02 mm may be crossed.
+
     Parameters
     ----------
-    surface : Surface
-        Surface to cover.
+    surface : Surface or Patch
+        Surface to cover, or its trimmed part.
     pitch : float
         Greatest gap between neighbouring passes on the surface, mm.
     mapping : {"equal_spacing", "parametric", "equal_area", "geodesic"}
@@ -46,11 +79,16 @@ def zigzag(
         Radius of the arcs between passes and straight connectors, mm; 0: sharp corners. Arcs are round in the
         tangent plane at the corner, joined with continuous curvature. Geodesic passes that end on the other
         border keep sharp corners.
+    lift : Lift, optional
+        How the tool comes, is lifted and leaves. Default: `Lift` on a trimmed patch, else none.
+    margin : float, optional
+        Length by which passes on a trimmed patch are pulled in at the trimming, mm. Default: half a pitch,
+        the footprint of the passes.
 
     Returns
     -------
-    Path
-        Path of pattern ``"zigzag"``.
+    Path or LiftedPath
+        Path of pattern ``"zigzag"``; with lifts where asked for, or on a trimmed patch.
 
     Raises
     ------
@@ -66,7 +104,8 @@ def zigzag(
     >>> len(path.nodes), round(path.length, 6)  # 8 by 8 nodes; mm: 8 passes of 43.75 and 7 steps of 6.25
     (64, 393.75)
     """
-    checks.kind("surface", surface, Surface)
+    patch = patch_of(surface)
+    surface = patch.surface
     pitch = checks.positive("pitch", pitch, "mm")
     checks.one_of("mapping", mapping, MAPPINGS)
     checks.one_of("along", along, ("u", "v"))
@@ -76,15 +115,29 @@ def zigzag(
     _refuse_pitch(pitch, mapping, across, lengthwise)
     place = even_spacing if mapping in ("parametric", "equal_area") else equal_spacing
     lines, columns = place(across, pitch), place(lengthwise, pitch)
+    if patch.trim:
+        _refuse_trimmed(mapping, radius)
+        inset = pitch / 2 if margin is None else checks.nonnegative("margin", margin, "mm")
+        found = trimmed_passes(TrimmedSquare(patch, square), lines, columns, inset)
+        return lifted(patch, [square.nodes(*each.T) for each in found], square.mapping, "zigzag", lift)
     if mapping == "geodesic":
         places, corners = geodesic_nodes(square, pitch, columns, float(lines[-1]), radius)
     else:
         places, corners = joined(square, [PathPass.straight(columns, line) for line in lines], radius)
     given = corners if radius or mapping == "geodesic" else None
     nodes = square.nodes(*places.T)
-    return Path(
+    path = Path(
         surface, nodes, mapping=square.mapping, pattern="zigzag", corners=given, smooth=given is not None
     )
+    return path if lift is None else LiftedPath(patch, path, lift=checks.kind("lift", lift, Lift))
+
+
+def _refuse_trimmed(mapping: str, radius: float) -> None:
+    """Raise for what passes on a trimmed patch cannot be."""
+    if mapping == "geodesic":
+        raise checks.refuse("mapping", "another one than 'geodesic' on a trimmed patch", mapping)
+    if radius:
+        raise checks.refuse("radius", "0 on a trimmed patch; blended() rounds its corners", radius, "mm")
 
 
 def _refuse_pitch(pitch: float, mapping: str, across: Gaps, lengthwise: Gaps) -> None:

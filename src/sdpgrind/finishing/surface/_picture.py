@@ -8,10 +8,11 @@ from sdpgrind.base import checks, pictures
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
+    from sdpgrind.finishing.surface._patch import Patch
     from sdpgrind.finishing.surface._surface import Surface
 
 FINE = 60  # chosen: facets each way
-COLOUR, LINES = "#b4cbe0", pictures.TRACKED
+COLOUR, LINES, TRIMMED = "#b4cbe0", pictures.TRACKED, pictures.LIMIT
 THICK = 0.08  # chosen: least width of the drawn box over its greatest, so that a flat surface is visible
 ROOM = 0.76  # chosen: share of the panel that the box fills; ticks and labels need the rest
 AREA, BAR = 29.0, 1.2  # square inches, inches; chosen: some 7 by 4, and a bar of colours with its label
@@ -39,6 +40,15 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
     _scaled(axes, found.point.reshape(-1, 3))
     if ax is None:
         fill(axes, alone=True)
+    return figure
+
+
+def patch(trimmed: "Patch", ax: Any = None) -> Any:
+    """Draw the surface of a patch and its trimming polygons."""
+    figure = surface(trimmed.surface, ax)
+    axes = figure.axes[-1] if ax is None else ax
+    for line in trimmed.outline():
+        axes.plot(*line.T, color=TRIMMED, lw=1.5, zorder=2.0)
     return figure
 
 

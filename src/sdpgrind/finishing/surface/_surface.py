@@ -1,5 +1,6 @@
 """A die surface: B-spline or rational B-spline patch."""
 
+import os
 from functools import cached_property
 from typing import Any, Self
 
@@ -8,6 +9,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import lasting
+from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described
 from sdpgrind.finishing.surface import _area as area
@@ -196,6 +198,28 @@ class Surface(Described):
         if weights is None:
             raise checks.refuse("weights", "given; Surface.bspline makes a surface without", None)
         return cls._made(control_points, weights, degree, knots, outward)
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> "Surface":
+        """Read the surface of a file with one face that is not trimmed, mm; see `read_surfaces`.
+
+        Parameters
+        ----------
+        path : str or path
+            STEP file.
+
+        Raises
+        ------
+        ValueError
+            When the file cannot be read, has several faces, or trims its face.
+        """
+        part = called("sdpgrind.finishing.surface._read:read_surfaces", path)
+        if len(part) > 1 or part[0].trim:
+            told = f"{len(part)} faces" if len(part) > 1 else "a trimmed face"
+            rule = "a file of one face that is not trimmed; read_surfaces gives patches"
+            raise checks.refuse("path", rule, told)
+        found: Surface = part[0].surface
+        return found
 
     @classmethod
     def _made(cls, control_points: Any, weights: Any, degree: Pair, knots: Any, outward: int) -> Self:

@@ -8,7 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.progress import ProgressOption, quiet
 from sdpgrind.finishing.timing._jerk_limited import jerk_limited_law
 from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits, LawError, LimitedRun, check_runs
+from sdpgrind.finishing.timing._limits import JointLimits, LawError, LimitedRun, check_runs, each_feed
 from sdpgrind.finishing.timing._min_time import fastest_law
 from sdpgrind.finishing.timing._time_law import TimeLaw
 from sdpgrind.finishing.timing._toppra_law import ToppraError, toppra_law
@@ -26,7 +26,7 @@ def time_laws(
     runs: Sequence[JointPath],
     limits: JointLimits,
     *,
-    feed_rate: float,
+    feed_rate: float | Sequence[float],
     acceleration: float | None = None,
     method: str = "trapezoid",
     progress: ProgressOption = None,
@@ -39,8 +39,8 @@ def time_laws(
         The runs, mm and rad or mm.
     limits : JointLimits
         Limits of the joints.
-    feed_rate : float
-        Greatest feed of the process along the path, mm/s.
+    feed_rate : float or sequence of float
+        Greatest feed along the path, mm/s, of all runs or of each.
     acceleration : float, optional
         Greatest acceleration of the contact point along its path, mm/s^2. None: 1000 for "trapezoid", else no
         limit.
@@ -77,12 +77,12 @@ def time_laws(
         raise checks.refuse(
             "limits.jerk_max", "None for method='toppra', whose acceleration jumps", limits.jerk_max
         )
-    feed = checks.positive("feed_rate", feed_rate, "mm/s")
+    feeds = each_feed(feed_rate, len(runs))
     along = checks.positive("acceleration", acceleration, "mm/s^2") if acceleration is not None else None
     check_runs(runs, limits)
     out = []
     for k, run in enumerate(runs):
-        out.append(_named(k, run, limits, feed, along, method))
+        out.append(_named(k, run, limits, feeds[k], along, method))
         progress((k + 1) / len(runs), "time laws")
     return tuple(out)
 

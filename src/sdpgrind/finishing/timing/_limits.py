@@ -86,3 +86,13 @@ def _each(name: str, value: Sequence[float], count: int, unit: str) -> tuple[flo
     if np.ndim(value) != 1 or len(value) != count:
         raise checks.refuse(name, f"one number for each of the {count} joints", value, unit)
     return tuple(checks.positive(f"{name}[{k}]", entry, unit) for k, entry in enumerate(value))
+
+
+def each_feed(feed_rate: float | Sequence[float], count: int) -> tuple[float, ...]:
+    """Return the greatest feed of each of `count` runs, mm/s, from one number or one for each."""
+    if np.ndim(feed_rate) == 0:
+        return (checks.positive("feed_rate", feed_rate, "mm/s"),) * count
+    given = np.asarray(feed_rate).tolist()
+    if np.ndim(feed_rate) != 1 or len(given) != count:
+        raise checks.refuse("feed_rate", f"one number, or one for each of the {count} runs", given, "mm/s")
+    return tuple(checks.positive(f"feed_rate[{k}]", each, "mm/s") for k, each in enumerate(given))

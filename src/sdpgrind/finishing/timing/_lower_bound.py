@@ -20,7 +20,7 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.halving import halved
 from sdpgrind.finishing.timing import _bound_kernels as bound_kernels
 from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits, LimitedRun, check_runs
+from sdpgrind.finishing.timing._limits import JointLimits, LimitedRun, check_runs, each_feed
 from sdpgrind.finishing.timing._min_time import LEAST, MOST, grid_of
 
 GAIN = 5e-4  # of the duration, chosen: gain by half the step that is left out
@@ -32,7 +32,11 @@ BLUR = 1e-14
 
 
 def lower_bound(
-    runs: Sequence[JointPath], limits: JointLimits, *, feed_rate: float, acceleration: float | None = None
+    runs: Sequence[JointPath],
+    limits: JointLimits,
+    *,
+    feed_rate: float | Sequence[float],
+    acceleration: float | None = None,
 ) -> float:
     """Return a duration that no time law of the runs, each from rest to rest, is below.
 
@@ -45,8 +49,8 @@ def lower_bound(
         The runs, mm and rad or mm.
     limits : JointLimits
         Limits of the joints.
-    feed_rate : float
-        Greatest feed of the process along the path, mm/s.
+    feed_rate : float or sequence of float
+        Greatest feed along the path, mm/s, of all runs or of each.
     acceleration : float, optional
         Greatest acceleration of the contact point along its path, mm/s^2. None: no limit.
 
@@ -64,13 +68,13 @@ def lower_bound(
     --------
     >>> run = JointPath([0.0, 100.0], [[0.0], [100.0]])
     >>> limits = JointLimits(["X"], speed_max=[50.0], acceleration_max=[2000.0])
-    >>> round(lower_bound([run], limits, feed_rate=40.0), 6)  # 100/40 + 40/2000
+    >>> round(lower_bound([run], limits, feed_rate=40.0), 4)  # 100/40 + 40/2000
     2.52
     """
-    feed = checks.positive("feed_rate", feed_rate, "mm/s")
+    feeds = each_feed(feed_rate, len(runs))
     along = checks.positive("acceleration", acceleration, "mm/s^2") if acceleration is not None else None
     check_runs(runs, limits)
-    return sum(bound_of(LimitedRun(run, limits, feed, along)) for run in runs)
+    return sum(bound_of(LimitedRun(run, limits, feed, along)) for run, feed in zip(runs, feeds, strict=True))
 
 
 def bound_of(given: LimitedRun) -> float:

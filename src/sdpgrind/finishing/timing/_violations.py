@@ -9,7 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.timing import _check_kernels as check_kernels
 from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._limits import JointLimits, each_feed
 from sdpgrind.finishing.timing._time_law import TimeLaw, moved
 
 QUANTITIES = ("speed", "acceleration", "jerk", "feed")
@@ -58,7 +58,7 @@ def worst_violation(
     laws: Sequence[TimeLaw],
     *,
     limits: JointLimits,
-    feed_rate: float,
+    feed_rate: float | Sequence[float],
     refine: int = 20,
 ) -> Violation:
     """Return the place of a motion nearest to a limit, or farthest beyond it.
@@ -74,8 +74,8 @@ def worst_violation(
         Time law of each run, s.
     limits : JointLimits
         Limits of the joints.
-    feed_rate : float
-        Greatest feed of the process, mm/s.
+    feed_rate : float or sequence of float
+        Greatest feed, mm/s, of all runs or of each.
     refine : int
         Places in a piece, a whole number.
 
@@ -94,9 +94,11 @@ def worst_violation(
     """
     if len(runs) != len(laws) or not runs:
         raise checks.refuse("laws", f"one for each of the {len(runs)} runs (at least one)", len(laws))
-    checks.positive("feed_rate", feed_rate, "mm/s")
+    feeds = each_feed(feed_rate, len(runs))
     checks.count("refine", refine)
-    found = [closest(run, law, limits, feed_rate, refine) for run, law in zip(runs, laws, strict=True)]
+    found = [
+        closest(run, law, limits, feed, refine) for run, law, feed in zip(runs, laws, feeds, strict=True)
+    ]
     ratios = np.array([each[:, 0] for each in found])
     run, quantity = np.unravel_index(np.argmax(ratios), ratios.shape)
     ratio, joint, time, length = found[run][quantity]

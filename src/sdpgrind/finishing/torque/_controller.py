@@ -2,10 +2,10 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import KW_ONLY
+from dataclasses import KW_ONLY, replace
 from functools import cached_property
 from math import nan
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,9 @@ from sdpgrind.finishing.torque._model import continuous, sampled
 from sdpgrind.finishing.torque._poles import AxisPoles, check_stable, poles_of
 from sdpgrind.finishing.torque._reference import TorqueReference, reference
 from sdpgrind.finishing.torque._states import CONTROLLER
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 _UNDAMPED = 0.5  # s, chosen: waiting time for an undamped contact
 _DIGEST = 12  # chosen: hexadecimal digits
@@ -243,6 +246,18 @@ class TorqueController(Stateful, Described):
             return {"current": current}
         command = {"current": current, "feed_override": override}
         return {**command, "motion": self.motion.profile} if starts else command
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it; the profile of the motion stays on the machine."""
+        from sdpgrind.finishing.torque._recipe import recipe_of
+
+        if self.observer == "ideal":
+            raise checks.refuse(
+                "observer", "'pid' or 'state': no sensor has the true contact torque", "ideal"
+            )
+        profile = None if self.motion is None else self.motion.profile
+        recipe = recipe_of(self.law, profile, self.period)
+        return replace(recipe, job=self.job, description=self.description, commands=self.commands)
 
     def report(self) -> dict[str, float]:
         """Return estimate and reference of the contact torque, N m."""

@@ -252,3 +252,19 @@ def _ahead(law, i, angle, speed, offset, rate, drive):
         + law.matrix[row + 3] * rate
     )
     return free + law.input[i] * drive
+
+
+@compiled(error_model="numpy")
+def exported_hold(state, law, time, torque, motor_angle, out):
+    """Take one sample without a motion; `out`: current (A)."""
+    out[0] = controller_step(law, state, motor_angle, np.nan, time, torque, 0.0, 0.0)
+    return 0
+
+
+@compiled(error_model="numpy")
+def exported_step(state, law, time, torque, motor_angle, path_time, out):
+    """Take one sample along a motion; `out`: current (A), feed override, whether the motion is to begin."""
+    out[0] = controller_step(law, state, motor_angle, path_time, time, torque, 0.0, 0.0)
+    out[1] = feed_override(law, state)
+    out[2] = 1.0 if state.view(at.CONTROLLER)[0].count == 1.0 else 0.0
+    return 0

@@ -34,8 +34,10 @@ def reference(
             f"load_torque must be one number or {time.size}, one for each time of the motion;"
             f" got shape {load.shape}"
         )
+    # in a lift the tool does not press; what measures forces still divides by the lever
+    pressed = np.asarray(getattr(motion, "contact", True), dtype=float)
     found = TorqueReference(
-        time, normal_force * per_force, np.array(np.broadcast_to(load, time.shape)), per_force
+        time, normal_force * per_force * pressed, np.array(np.broadcast_to(load, time.shape)), per_force
     )
     _check_current(axis, found)
     return found

@@ -1,5 +1,6 @@
 """A locus as a table by hidden state, control or response; and its inversion."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -33,7 +34,8 @@ def table(curve: Curve, key: str | None, points: int) -> LocusTable:
     spans = np.array([np.sum(np.sqrt(np.sum(np.diff(part.columns, axis=0) ** 2, axis=1))) for part in parts])
     shares = points * spans / max(float(np.sum(spans)), 1e-300)
     kept = [part.thinned(max(2, round(share))) for part, share in zip(parts, shares, strict=True)]
-    return _joined(kept, name, curve.hidden_name)
+    units = {one: curve.problem.unit(one) for one in (name, *curve.names)}
+    return replace(_joined(kept, name, curve.hidden_name), units=units)
 
 
 def inversion(curve: Curve, response: str | None, points: int) -> Inversion:

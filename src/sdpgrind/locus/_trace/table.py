@@ -1,14 +1,18 @@
 """Tables by a monotone key with exact slopes: cubic Hermite interpolation, clamped with a flag."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._trace.table_kernels import NO_KEY, look_up, look_up_many, pack
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 CELLS = 2  # chosen: guide cells per node; fewer need more bisection
 ROUNDING = 1e-12  # chosen: relative span of a constant column
@@ -20,7 +24,8 @@ KINK = 1e-9  # chosen: share of the range; closer nodes are one place with two s
 class LocusTable:
     """Columns (K, n) by a strictly monotone key (K,), with their exact slopes by the key.
 
-    Compiled code calls ``look_up(table.packed, key, out)`` with `width` columns.
+    Compiled code calls ``look_up(table.packed, key, out)`` with `width` columns. `units`: the name of the key
+    and those of the columns, with their units; for exports.
 
     Examples
     --------
@@ -35,6 +40,7 @@ class LocusTable:
     key: Floats
     columns: Floats
     slopes: Floats
+    units: Mapping[str, str] = field(default_factory=dict)
     packed: Floats = field(init=False, repr=False)
     width: int = field(init=False, repr=False)
 
@@ -76,6 +82,12 @@ class LocusTable:
         """Greatest key."""
         return float(max(self.key[0], self.key[-1]))
 
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it."""
+        from sdpgrind.locus._trace.recipe import recipe_of
+
+        return recipe_of(self.packed, self.key, self.width, self.units)
+
     def at(self, key: Any, *, out: Floats | None = None) -> Floats:
         """Return the clamped columns at a key (n,), in `out` if given, or at many (..., n); refuse NaN."""
         if type(key) is float:  # fast path of control loops
@@ -115,7 +127,7 @@ class LocusTable:
         edges = np.concatenate([[0.0], shares / shares[-1]])
         kinks = np.flatnonzero(self._kinks())
         kept = np.unique(np.concatenate([_nearest(edges, count), kinks, kinks + 1]))
-        return LocusTable(self.key[kept], self.columns[kept], self.slopes[kept])
+        return LocusTable(self.key[kept], self.columns[kept], self.slopes[kept], self.units)
 
     def _kinks(self) -> Any:
         """Return the mask of intervals that only join two smooth parts."""

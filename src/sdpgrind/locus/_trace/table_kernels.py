@@ -105,3 +105,10 @@ def look_up_many(packed, keys, out):
         if look_up(packed, keys[k], out[k]) == NO_KEY:
             bad = k
     return bad
+
+
+@compiled(error_model="numpy")
+def exported_look_up(state, packed, key, out):
+    """Fill `out` with the columns at a key; return whether it is inside, below or above; NaN: -1."""
+    flag = look_up(packed, key, out)
+    return -1 if flag == NO_KEY else flag

@@ -2,8 +2,9 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step, start_control
 from sdpgrind.plunge._model.problem import CycleProblem
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 
 class SampledCycle(ABC):
@@ -90,6 +94,13 @@ class SampledCycle(ABC):
             self.check_fed()
             return {"retract": 1.0}
         return {"command_rate": float(command), "balancing": float(self.state[at.BALANCED])}
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it."""
+        from sdpgrind.plunge._control.recipe import recipe_of
+
+        recipe = recipe_of(self.law, self.problem.model, self.period, type(self).__name__)
+        return replace(recipe, job=self.job, description=self.description, commands=self.commands)
 
     def report(self) -> dict[str, float]:
         """Return section, rate (mm/s), stock and contact zero (mm), wear flat area, scale of deflection.

@@ -7,6 +7,7 @@ from sdpgrind.plunge._control.cycle_kernels import advance_axis, cycle_step, sta
 from sdpgrind.plunge._control.filter_state import FILTER
 from sdpgrind.plunge._control.sections_kernels import section_step
 from sdpgrind.plunge._control.state import (
+    BALANCED,
     COMMAND,
     ENVELOPE,
     FILTERED,
@@ -17,6 +18,7 @@ from sdpgrind.plunge._control.state import (
     OUTLYING,
     RATE,
     REMAINING,
+    RETRACT,
     SCALE,
     SECTION,
     SHARPNESS,
@@ -65,3 +67,14 @@ def _usable(state, law, size):
         return False
     state[MISSED], state[SIZE] = 0.0, size
     return True
+
+
+@compiled(error_model="numpy")
+def exported_step(state, parameters, size, grinding_power, power_saturated, out):
+    """Take one sample as `SampledCycle.step` does; `out`: command rate (mm/s), balancing. 1: retract."""
+    command = control_step(state, parameters, size, grinding_power if power_saturated == 0.0 else np.nan)
+    out[0], out[1] = 0.0, 0.0
+    if state[SECTION] == RETRACT:
+        return 1
+    out[0], out[1] = command, state[BALANCED]
+    return 0

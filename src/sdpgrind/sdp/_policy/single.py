@@ -67,6 +67,12 @@ class SingleStates:
         return self.value(time, x, y, z, mode) if state == UNREAD and self._learn() else None
 
     @property
+    def arrays(self) -> tuple[Any, ...]:
+        """Constants of `act_at`, with the lines of all cells, for exports."""
+        self._learn()
+        return self._act_at.args
+
+    @property
     def _marked(self) -> Any:
         """Numbers of the cells of one axis before their lines are known."""
         at = np.where(self._solution.changed, np.int32(CELL_UNREAD), np.int32(-1))

@@ -42,14 +42,26 @@ def _late(stages, time):
 
 
 @compiled(error_model="numpy", inline="always")
-def _position(axis, nodes, x):
+def _even(axis, x):
+    """Coordinate in which the nodes are even; a cell below them where it has no logarithm."""
+    if axis[LOG] == 0.0:
+        return x
+    return np.log(x) if x > 0.0 else axis[ORIGIN] - axis[SPACING]
+
+
+@compiled(error_model="numpy", inline="always")
+def _evens(frame, shape, x, y, z):
+    second = _even(frame[2], y) if shape.size > 1 else y
+    third = _even(frame[3], z) if shape.size > 2 else z
+    return _even(frame[1], x), second, third
+
+
+@compiled(error_model="numpy", inline="always")
+def _position(axis, nodes, x, even):
     """Position on an axis (cells), and whether it is found, outside or refused."""
     if not np.isfinite(x):
         return 0.0, REFUSED
-    if axis[LOG] != 0.0:
-        index = (np.log(x) - axis[ORIGIN]) / axis[SPACING] if x > 0.0 else -1.0
-    else:
-        index = (x - axis[ORIGIN]) / axis[SPACING]
+    index = (even - axis[ORIGIN]) / axis[SPACING]
     below, above = axis[BELOW], axis[ABOVE]
     if (below == REFUSE and index < -ROUNDING) or (above == REFUSE and index > nodes - 1 + ROUNDING):
         return index, REFUSED
@@ -61,11 +73,12 @@ def _position(axis, nodes, x):
 
 
 @compiled(error_model="numpy", inline="always")
-def _place(frame, shape, at, mode, time, x, y, z, index):
+def _place(frame, shape, at, mode, time, x, y, z, evens, index):
     """Fill `index` (axes, 1) by the position; return the slice, and how the state is found."""
     row, state = _row_of(frame[0], time), FOUND
     for k in range(shape.size):
-        index[k, 0], here = _position(frame[1 + k], shape[k], x if k == 0 else (y if k == 1 else z))
+        raw = x if k == 0 else (y if k == 1 else z)
+        index[k, 0], here = _position(frame[1 + k], shape[k], raw, evens[k])
         state = max(state, here)
     if row < 0:
         state = REFUSED
@@ -99,16 +112,26 @@ def act_at(frame, shape, best, entry, control, gap, at, start, lines, mode, time
     """
     # room is made here: a kernel that makes none counts no references
     index, low = np.empty((shape.size, 1)), np.empty(shape.size, np.int64)
-    return _act_at(frame, shape, best, entry, control, gap, at, start, lines, mode, time, x, y, z, index, low)
+    evens = _evens(frame, shape, x, y, z)
+    tables = (best, entry, control, gap)
+    return _act_at(frame, shape, tables, at, start, lines, mode, time, x, y, z, evens, index, low)
 
 
 @compiled(error_model="numpy")
-def _act_at(frame, shape, best, entry, control, gap, at, start, lines, mode, time, x, y, z, index, low):
-    row, state = _place(frame, shape, at, mode, time, x, y, z, index)
+def act_linear_at(frame, shape, best, entry, control, gap, at, start, lines, mode, time, x, y, z):
+    """`act_at` for axes of which none is logarithmic: no function of the C library is reached."""
+    index, low = np.empty((shape.size, 1)), np.empty(shape.size, np.int64)
+    tables = (best, entry, control, gap)
+    return _act_at(frame, shape, tables, at, start, lines, mode, time, x, y, z, (x, y, z), index, low)
+
+
+@compiled(error_model="numpy")
+def _act_at(frame, shape, tables, at, start, lines, mode, time, x, y, z, evens, index, low):
+    row, state = _place(frame, shape, at, mode, time, x, y, z, evens, index)
     move, listed, u, g = -1, 0, np.nan, 0.0
     if state == FOUND:
         kinks = (at, start, lines, lines[:, CONTROL:], lines[:, ACT], lines[:, ENTRY])
-        move, listed, u, g = _act((best, entry, control, gap), kinks, row, mode, shape, index, 0, low)
+        move, listed, u, g = _act(tables, kinks, row, mode, shape, index, 0, low)
     return state, move, listed, u, g
 
 
@@ -116,12 +139,13 @@ def _act_at(frame, shape, best, entry, control, gap, at, start, lines, mode, tim
 def value_at(frame, shape, value, at, start, lines, mode, time, x, y, z):
     """Return how a state is found, as `act_at` does, and its value-to-go ($); REFUSED where it is late."""
     index, low = np.empty((shape.size, 1)), np.empty(shape.size, np.int64)
-    return _value_at(frame, shape, value, at, start, lines, mode, time, x, y, z, index, low)
+    evens = _evens(frame, shape, x, y, z)
+    return _value_at(frame, shape, value, at, start, lines, mode, time, x, y, z, evens, index, low)
 
 
 @compiled(error_model="numpy")
-def _value_at(frame, shape, value, at, start, lines, mode, time, x, y, z, index, low):
-    row, state = _place(frame, shape, at, mode, time, x, y, z, index)
+def _value_at(frame, shape, value, at, start, lines, mode, time, x, y, z, evens, index, low):
+    row, state = _place(frame, shape, at, mode, time, x, y, z, evens, index)
     if state == FOUND and _late(frame[0], time):
         state = REFUSED
     if state != FOUND:

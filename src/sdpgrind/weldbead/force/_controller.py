@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from math import inf, isfinite, isnan, nan
 from operator import is_
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,9 @@ from sdpgrind.weldbead.force._feedback import ForceLoop
 from sdpgrind.weldbead.force._kernels import ControlCore, control_sample
 from sdpgrind.weldbead.force._limits import Limits
 from sdpgrind.weldbead.force._reference import ForceReference, Trajectory
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 FORCE_MAX = 90.0  # chosen: N; the default limit of a pass problem
 _MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
@@ -177,6 +180,13 @@ class ForceController(Stateful):
         law, model = self._loop.law.system, self._loop.plant.sampled
         foreseen = np.linalg.solve(np.eye(model.order) - model.A, model.B * demand)
         return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0, 0.0]])
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes: the law; planned force (N) and position (mm) are inputs."""
+        from sdpgrind.weldbead.force._recipe import recipe_of
+
+        state = self._settled(0.0) if self._plan is None else self.start()
+        return recipe_of(self._core, state, self.period, self._force_max)
 
     def planned(self, time: float) -> tuple[float, float]:
         """Return planned force (N) and platform position (mm) at a time (s) of the pass."""

@@ -233,6 +233,13 @@ def control_step(core, state, work, force, demand, position):
     return command
 
 
+@compiled(error_model="numpy")
+def exported_step(state, core, force, demand, position, out):
+    """Take one sample as `control_step` does; `out`: platform command (mm)."""
+    out[0] = control_step(core, state, np.empty(state.size), force, demand, position)
+    return 0
+
+
 @compiled
 def _contact_force(platform, surface, stiffness):
     """Force of a stiff contact, N; 0 where the platform is below the surface."""

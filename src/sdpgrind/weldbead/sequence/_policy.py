@@ -4,7 +4,7 @@ import os
 from concurrent.futures import Executor
 from functools import cached_property
 from math import nan
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +30,9 @@ from sdpgrind.weldbead.sequence._sheet import first_passes
 from sdpgrind.weldbead.sequence._sheet_file import ending_of
 from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
 from sdpgrind.weldbead.sequence._simplified import HEIGHTS, covered, followed
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 _PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
 _KNOWN = "sdpgrind.weldbead.sequence._known_beads:known_beads"
@@ -140,6 +143,12 @@ class SequencePolicy(Plan):
         fields: list[Any] = [stop, duration, feed, np.where(stop, np.nan, force), gap]
         shaped = [x.reshape(place.shape) if place.shape else x.item() for x in fields]
         return SequenceAction(shaped[0], shaped[1], shaped[2], shaped[3], shaped[4], self.problem)
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it."""
+        from sdpgrind.weldbead.sequence._recipe import recipe_of
+
+        return recipe_of(self, self._durations, self._feeds)
 
     def gradient(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
         """Return the derivative of the expected penalty by height, $/mm; see `value` for the arguments."""

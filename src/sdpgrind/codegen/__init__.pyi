@@ -1,0 +1,6 @@
+from ._exported import Exported as Exported
+from ._proof.check import Difference as Difference
+from ._proof.check import ExportCheck as ExportCheck
+from ._proof.controller import CompiledController as CompiledController
+from ._recipe import Recipe as Recipe
+from ._translate.refusals import RefusedKernelError as RefusedKernelError

@@ -1,0 +1,111 @@
+"""`Exported`: what `export` has written, its check, and the C as a controller."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+from sdpgrind.base import checks
+from sdpgrind.base.rng import Seed
+from sdpgrind.codegen._proof.check import LEVELS, ExportCheck, checked
+from sdpgrind.codegen._proof.controller import CompiledController
+from sdpgrind.codegen._recipe import Recipe
+
+
+@dataclass(frozen=True, eq=False)
+class Exported:
+    """Written export; its `size` is in bytes, unit 1.
+
+    Attributes
+    ----------
+    path : Path
+        Folder.
+    manifest : mapping
+        Content of ``manifest.json``.
+    recipe : Recipe
+        What was exported.
+    """
+
+    path: Path
+    manifest: Mapping[str, Any]
+    recipe: Recipe = field(repr=False)
+
+    @classmethod
+    def of(cls, path: Path, recipe: Recipe) -> Self:
+        """Return the export in a folder, of a recipe; units (mm, s, N) are those of the recipe.
+
+        Parameters
+        ----------
+        path : Path
+            Folder.
+        recipe : Recipe
+            What was exported.
+        """
+        return cls(path, json.loads((path / "manifest.json").read_text(encoding="utf-8")), recipe)
+
+    @property
+    def promise(self) -> str:
+        """What the bits depend on, in a sentence without units."""
+        return str(self.manifest["promise"])
+
+    @property
+    def size(self) -> int:
+        """Size of header and source, bytes."""
+        name = self.manifest["name"]
+        return sum((self.path / f"{name}{ending}").stat().st_size for ending in (".h", ".c"))
+
+    def check(
+        self,
+        states: int = 100_000,
+        compilers: Sequence[str] = ("gcc", "clang"),
+        *,
+        levels: Sequence[str] = LEVELS,
+        rng: Seed = 0,
+    ) -> ExportCheck:
+        """Compile the C with each compiler at each level and compare it with the library in bits.
+
+        Numbers are compared in the units of the thing (mm, s, N).
+
+        State, outputs and status are compared after every step. Inputs are those of the self-test, varied
+        anew: with missing readings, outliers and restarts.
+
+        Parameters
+        ----------
+        states : int
+            Steps of each build.
+        compilers : sequence of str
+            Commands of compilers; those that are not found are named in the result.
+        levels : sequence of str
+            Flags of a build, as one text each.
+        rng : int, SeedSequence or Generator
+            Source of the inputs.
+
+        Returns
+        -------
+        ExportCheck
+            Number of steps that differ, by build; the first of them; compilers that were not found.
+
+        Raises
+        ------
+        RuntimeError
+            When a compiler refuses the C.
+        """
+        checks.count("states", states)
+        name = str(self.manifest["name"])
+        return checked(self.recipe, self.path, name, states, tuple(compilers), tuple(levels), rng)
+
+    def controller(self, compiler: str = "gcc") -> CompiledController:
+        """Return a controller whose `step` runs the C (mm, s, N): the first half of hardware in the loop.
+
+        Parameters
+        ----------
+        compiler : str
+            Command of the C compiler.
+
+        Raises
+        ------
+        ValueError
+            When the compiler is not found.
+        """
+        return CompiledController(self.recipe, self.path, str(self.manifest["name"]), compiler)

@@ -1,0 +1,1 @@
+"""Files of an export: header, source, self-test, vectors, manifest, written whole."""

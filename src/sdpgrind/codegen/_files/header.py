@@ -1,0 +1,80 @@
+"""Header of an export: types with units, constants, two functions, the promise."""
+
+from sdpgrind.codegen._recipe import Recipe
+from sdpgrind.codegen._translate.values import double
+
+_HEADER = """\
+/*
+ * {name}.h: {kind}, exported by sdpgrind {version}.
+ * {promise}
+{equations} *
+ * Any number of instances, one a thread: all that changes is in {name}_state.
+ * {name}_step returns
+{status} *   -1  an input is out of range, or no number where one must be
+ *   -2  a loop has reached its bound
+ *   -3  a number was no index
+ * Below 0 neither state nor output has changed.
+ *
+ * Deviations from MISRA C:2012: several returns in a function (15.5), pointers into arrays (18.4 is kept:
+ * there is no arithmetic on pointers), volatile copies before calls of math.h, without which a compiler may
+ * compute them by itself, with other bits.
+ */
+#ifndef {upper}_H
+#define {upper}_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{constants}
+
+typedef struct {{
+{inputs}
+}} {name}_input;
+
+typedef struct {{
+{outputs}
+}} {name}_output;
+
+typedef struct {{
+    double s[{upper}_STATE_SIZE];
+}} {name}_state;
+
+void {name}_reset({name}_state *state);
+int32_t {name}_step({name}_state *state, const {name}_input *in, {name}_output *out);
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def header(recipe: Recipe, name: str, version: str, promise: str) -> str:
+    """Return the text of the header."""
+    equations = "".join(f" * {line}\n" for line in recipe.equations.splitlines())
+    return _HEADER.format(
+        name=name, upper=name.upper(), kind=recipe.kind, version=version, promise=promise,
+        equations=equations,
+        status="".join(f" *   {k:2d}  {one}\n" for k, one in enumerate(recipe.status)),
+        constants=_constants(recipe, name.upper(), version),
+        inputs="\n".join(_field(recipe, one, unit) for one, unit in recipe.inputs.items()),
+        outputs="\n".join(_field(recipe, one, unit) for one, unit in recipe.outputs.items()),
+    )  # fmt: skip
+
+
+def _field(recipe: Recipe, name: str, unit: str) -> str:
+    missing = ", NaN: no reading" if name in recipe.missing else ""
+    return f"    double {name}; /* {unit or '1'}{missing} */"
+
+
+def _constants(recipe: Recipe, upper: str, version: str) -> str:
+    lines = [f'#define {upper}_VERSION "{version}"', f'#define {upper}_FINGERPRINT "{recipe.fingerprint}"']
+    lines.append(f"#define {upper}_STATE_SIZE {recipe.state.size}")
+    if recipe.period is not None:
+        lines.append(f"#define {upper}_PERIOD {double(recipe.period)} /* s */")
+    lines += [f"#define {upper}_AT_{one.upper()} {place}" for one, place in recipe.places.items()]
+    return "\n".join(lines)

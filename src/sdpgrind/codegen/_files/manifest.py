@@ -1,0 +1,79 @@
+"""Manifest of an export: what it is, what its bits depend on, where each function comes from."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from sdpgrind.codegen._files.shell import CSource, reset_state
+from sdpgrind.codegen._files.vectors import BLOCKS, STEPS, Vectors
+from sdpgrind.codegen._recipe import Recipe
+
+FLAGS = ("-std=c99", "-ffp-contract=off")
+_PROMISES = {
+    "none": "same bits on every IEEE 754 target: no libm function is used",
+    "libm": "same bits where the C library computes {functions} as that of this computer;"
+    " the self-test tells",
+}
+
+
+def math_of(source: CSource) -> str:
+    """Return what the bits depend on: "none" or "libm"."""
+    return "libm" if source.libm else "none"
+
+
+def promise(source: CSource) -> str:
+    """Return the promise in a sentence."""
+    names = list(source.libm)
+    functions = " and ".join([", ".join(names[:-1])] * (len(names) > 1) + names[-1:])
+    return _PROMISES[math_of(source)].format(functions=functions)
+
+
+def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: Vectors) -> dict[str, Any]:
+    """Return the manifest without the files' digests."""
+    functions, program = list(source.program.functions.values()), source.program
+    bounds = [
+        {"function": one.name, "file": one.source.file, **bound} for one in functions for bound in one.bounds
+    ]
+    return {
+        "name": name,
+        "kind": recipe.kind,
+        "version": version,
+        "fingerprint": recipe.fingerprint,
+        "equations": recipe.equations,
+        "inputs": _interface(recipe.inputs, recipe.missing),
+        "outputs": _interface(recipe.outputs, ()),
+        "state": {
+            "size": recipe.state.size,
+            "places": dict(recipe.places),
+            "reset": _plain(reset_state(recipe)),
+        },
+        "period": recipe.period,
+        "status": list(recipe.status),
+        "math": math_of(source),
+        "libm": list(source.libm),
+        "promise": promise(source),
+        "flags": list(FLAGS),
+        "functions": [one.record for one in functions],
+        "loop_bounds": bounds,
+        "sizes": {"tables": program.table_bytes, "functions": len(functions)},
+        "stack": source.step.stack + 8 * (recipe.state.size + len(recipe.outputs)),
+        "selftest": {"vectors": len(vectors.rows), "blocks": BLOCKS, "steps": STEPS},
+    }
+
+
+def _interface(names: Mapping[str, str], missing: Any) -> list[dict[str, Any]]:
+    return [
+        {"name": one, "unit": unit or "1", "may_be_missing": one in missing} for one, unit in names.items()
+    ]
+
+
+def _plain(state: Any) -> list[float | str]:
+    """Return numbers as JSON has them; NaN as text."""
+    return [float(one) if one == one else "NaN" for one in state]
+
+
+def text_of(told: Mapping[str, Any], files: Mapping[str, bytes]) -> str:
+    """Return the manifest as JSON, with the files' digests."""
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in sorted(files.items())}
+    return json.dumps({**told, "files": digests}, indent=1, sort_keys=True) + "\n"

@@ -1,0 +1,168 @@
+"""Source of an export: guards against compilers that change bits, functions, `reset` and `step`."""
+
+import inspect
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.codegen._recipe import Recipe
+from sdpgrind.codegen._translate.body import text_of
+from sdpgrind.codegen._translate.calls import LIBM
+from sdpgrind.codegen._translate.program import CProgram, Function
+from sdpgrind.codegen._translate.types import FLOAT64, Array, Scalar
+from sdpgrind.codegen._translate.values import Value
+
+GUARDS = """\
+#if defined(__FAST_MATH__)
+#error "compile without -ffast-math: it changes results"
+#endif
+#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)
+#error "doubles are computed with more digits here (x87): use SSE2 (-mfpmath=sse -msse2)"
+#endif
+#if DBL_MANT_DIG != 53
+#error "double must be that of IEEE 754 with 64 bits"
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize ("fp-contract=off")
+#else
+#pragma STDC FP_CONTRACT OFF
+#endif"""
+"""Contraction into fused multiply-add, and more digits than a double has, change bits."""
+
+_TOP = """\
+/*
+ * {name}.c: {kind}, exported by sdpgrind {version}; fingerprint {fingerprint}.
+ * Translated from the kernels that the library runs; see manifest.json. Do not edit.
+ * Compile with -std=c99 -ffp-contract=off.
+ */
+#include "{name}.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+{guards}
+
+{definitions}
+
+/* Public functions; see {name}.h. */
+
+void {name}_reset({name}_state *state)
+{{
+{reset}
+}}
+
+int32_t {name}_step({name}_state *state, const {name}_input *in, {name}_output *out)
+{{
+{step}
+}}
+"""
+
+
+@dataclass(frozen=True)
+class CSource:
+    """Text of the source file, and the program behind it."""
+
+    text: str
+    program: CProgram
+    step: Function
+
+    @property
+    def libm(self) -> tuple[str, ...]:
+        """Functions of the C library whose last bits are its own."""
+        return tuple(name for name in LIBM.split() if name in self.program.helpers | self._within)
+
+    @property
+    def _within(self) -> set[str]:
+        return {"fmod"} if "mod" in self.program.helpers else set()
+
+
+def source_of(recipe: Recipe, name: str, version: str) -> CSource:
+    """Translate a recipe under a name."""
+    program = CProgram(name)
+    constants = constants_of(recipe, program)
+    step, lines = _step(recipe, name, program, constants)
+    reset = _reset(recipe, name, program, constants)
+    text = _TOP.format(
+        name=name, kind=recipe.kind, version=version, fingerprint=recipe.fingerprint, guards=GUARDS,
+        definitions=program.definitions(), reset=reset, step=lines,
+    )  # fmt: skip
+    return CSource(text, program, step)
+
+
+def constants_of(recipe: Recipe, program: CProgram) -> list[Value]:
+    """Return the constants of a recipe, under the names of the parameters of its step."""
+    names = list(inspect.signature(recipe.step.py_func).parameters)
+    wanted = 2 + len(recipe.law) + len(recipe.inputs)
+    if len(names) != wanted:
+        told = "step(state, *law, *inputs, out)"
+        raise checks.refuse("step", f"{told}, of {wanted} parameters", f"{len(names)} of them")
+    pairs = zip(recipe.law, names[1:], strict=False)
+    return [program.constant(one, name) for one, name in pairs]
+
+
+def _row(code: str, size: int) -> Value:
+    return Value(code, Array(FLOAT64, (size,), (1,)), root=code)
+
+
+def _call(program: CProgram, kernel: Any, values: list[Value]) -> tuple[Function, str]:
+    function = program.function(kernel, values, None)
+    for value, parameter in zip(values, function.parameters, strict=True):
+        if parameter in function.written and not value.root:
+            raise ValueError(f"{function.name} must not write to the constant {parameter}")
+    texts = [text_of(program, one) for one in values] + (["&fault"] if function.faults else [])
+    return function, f"{function.name}({', '.join(texts)})"
+
+
+def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) -> tuple[Function, str]:
+    inputs = [Value(f"in->{one}", FLOAT64) for one in recipe.inputs]
+    values = [_row("s", recipe.state.size), *constants, *inputs, _row("o", len(recipe.outputs))]
+    function, call = _call(program, recipe.step, values)
+    if not isinstance(function.result, Scalar) or function.result.c == "double":
+        raise checks.refuse("step", "a kernel that returns a whole number, the status", function.result)
+    changes = function.parameters[0] in function.written
+    lines = [f"double s[{name.upper()}_STATE_SIZE];", f"double o[{len(recipe.outputs)}] = {{0.0}};"]
+    lines += ["int32_t fault = 0;"] if function.faults else []
+    lines.append("int32_t status;")
+    for one, finite in zip(recipe.inputs, recipe.finite, strict=True):
+        lines += [f"if (isfinite(in->{one}) == 0) {{", "    return -1;", "}"] if finite else []
+    lines += ["(void)memcpy(s, state->s, sizeof s);", f"status = (int32_t){call};"]
+    if program.checked:
+        fault = "fault = -3;" if function.faults else "return -3;"
+        outside = f"{name}_outside"
+        lines += [
+            "#ifdef SG_CHECK",
+            f"if ({outside} != 0) {{",
+            f"    {outside} = 0;",
+            f"    {fault}",
+            "}",
+            "#endif",
+        ]
+    lines += ["if (fault != 0) {", "    return fault;", "}"] if function.faults else []
+    lines += ["if (status < 0) {", "    return -1;", "}"]
+    lines += ["(void)memcpy(state->s, s, sizeof s);"] if changes else []
+    lines += [f"out->{one} = o[{k}];" for k, one in enumerate(recipe.outputs)] + ["return status;"]
+    return function, "\n".join(one if one.startswith("#") else "    " + one for one in lines)
+
+
+def _reset(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) -> str:
+    """Lines of `reset`: the kernel that starts, or the state as it is then."""
+    if recipe.start is None:
+        cells = program.table(recipe.state, "reset_state").code
+        return f"    (void)memcpy(state->s, {cells}, sizeof state->s);"
+    function, call = _call(program, recipe.start, [_row("state->s", recipe.state.size), *constants])
+    fault = "    int32_t fault = 0;\n" if function.faults else ""
+    return f"    (void)memset(state->s, 0, sizeof state->s);\n{fault}    {call};"
+
+
+def reset_state(recipe: Recipe) -> Any:
+    """Return the state after a reset, as the library has it."""
+    if recipe.start is None:
+        return recipe.state.copy()
+    state = np.zeros(recipe.state.size)
+    recipe.start(state, *recipe.law)
+    return state

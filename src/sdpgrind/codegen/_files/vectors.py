@@ -1,0 +1,126 @@
+"""Vectors of the self-test: rows of inputs with what the library answers, and digests of a long run."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.codegen._files import vector_kernels as kernels
+from sdpgrind.codegen._files.shell import reset_state
+from sdpgrind.codegen._recipe import Recipe
+
+ROWS = 512  # chosen: rows that are asked of a recipe
+BLOCKS, STEPS = 64, 1000  # chosen: digests of the long run, steps of each; half a second on a computer
+SEED = 88172645463325252  # source: Marsaglia (2003), Xorshift RNGs
+
+
+@dataclass(frozen=True)
+class Answers:
+    """State, outputs and status after each row."""
+
+    states: Floats
+    outputs: Floats
+    codes: Any
+
+
+@dataclass
+class LibrarySteps:
+    """The library's step over rows of inputs."""
+
+    recipe: Recipe
+
+    def __post_init__(self) -> None:
+        self.fresh = reset_state(self.recipe)
+        self.state = self.fresh.copy()
+        self._finite = np.flatnonzero(self.recipe.finite)
+
+    def take(self, rows: Floats, resets: Bools) -> Answers:
+        """Return what follows on rows (m, inputs), the state going on from the rows before.
+
+        As in C a step works on a copy of the state, which counts where its status is not below 0.
+        """
+        count, recipe = len(rows), self.recipe
+        states, codes = np.zeros((count, self.fresh.size)), np.full(count, -1)
+        outputs = np.zeros((count, len(recipe.outputs)))
+        usable: Any = np.isfinite(rows[:, self._finite]).all(axis=1)
+        step, law, work = recipe.step, recipe.law, self.state.copy()
+        for k, (row, reset, good) in enumerate(zip(rows.tolist(), resets, usable, strict=True)):
+            if reset:
+                self.state[:] = self.fresh
+            if good:
+                work[:] = self.state
+                codes[k] = step(work, *law, *row, outputs[k])
+                if codes[k] >= 0:
+                    self.state[:] = work
+                else:
+                    codes[k], outputs[k] = -1, 0.0
+            states[k] = self.state
+        return Answers(states, outputs, codes)
+
+
+@dataclass
+class Varied:
+    """Endless inputs around the rows of a recipe, the same in C."""
+
+    recipe: Recipe
+    rows: Floats
+    resets: Bools
+
+    def __post_init__(self) -> None:
+        self._seed, self._place = np.array([SEED], dtype=np.uint64), np.array([-1.0, 0.0, 0.0])
+        self._missing = ~np.array(self.recipe.finite, dtype=bool)
+        self.spread = spread_of(self.recipe)
+
+    def take(self, count: int) -> tuple[Floats, Bools]:
+        """Return the next `count` rows, and whether the state is reset before each."""
+        out, resets = np.empty((count, self.rows.shape[1])), np.empty(count, dtype=bool)
+        kernels.varied(
+            self._seed, self._place, self.rows, self.resets, self._missing, self.spread, out, resets
+        )
+        return out, resets
+
+
+def spread_of(recipe: Recipe) -> Floats:
+    """Return the half-width by which each input is varied, in its unit."""
+    given = recipe.spread
+    return np.ones(len(recipe.inputs)) if given is None else np.array(given, dtype=float)
+
+
+def rows_of(recipe: Recipe, rng: np.random.Generator, count: int) -> tuple[Floats, Bools]:
+    """Return the rows of all chains of a recipe, and where chains begin."""
+    chains = [one for one in recipe.chains(rng, count) if len(one)]
+    rows = np.ascontiguousarray(np.concatenate(chains))
+    resets = np.zeros(len(rows), dtype=bool)
+    resets[np.cumsum([0, *map(len, chains[:-1])])] = True
+    return rows, resets
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """Rows with the library's answers, the digest of these, and those of the long run."""
+
+    rows: Floats
+    resets: Bools
+    answers: Answers
+    digest: int
+    digests: tuple[int, ...]
+
+    def table(self) -> Floats:
+        """Return the rows of ``vectors.bin``: inputs, outputs, status; a row of NaN: reset."""
+        found = np.column_stack([self.rows, self.answers.outputs, self.answers.codes.astype(float)])
+        return np.insert(found, np.flatnonzero(self.resets), np.nan, axis=0)
+
+
+def vectors_of(recipe: Recipe) -> Vectors:
+    """Return the vectors of a recipe, the same at every export."""
+    rows, resets = rows_of(recipe, np.random.default_rng(0), ROWS)
+    answers = LibrarySteps(recipe).take(rows, resets)
+    digest = _digest(answers)
+    varied, reference = Varied(recipe, rows, resets), LibrarySteps(recipe)
+    digests = tuple(_digest(reference.take(*varied.take(STEPS))) for _ in range(BLOCKS))
+    return Vectors(rows, resets, answers, digest, digests)
+
+
+def _digest(answers: Answers) -> int:
+    return int(kernels.digest(answers.states.view(np.uint64), answers.outputs.view(np.uint64), answers.codes))

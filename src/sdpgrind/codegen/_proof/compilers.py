@@ -1,0 +1,31 @@
+"""Compilers of this computer, and shared libraries of exports by them."""
+
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from sdpgrind.base import checks
+
+STRICT = ("-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-pedantic", "-Werror")
+
+
+def found(compilers: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return which compilers are there, and which are not."""
+    there = [one for one in compilers if shutil.which(one)]
+    return there, [one for one in compilers if one not in there]
+
+
+def compiled(compiler: str, sources: Sequence[Path], out: Path, *flags: str) -> None:
+    """Compile sources into a file; raise with the compiler's words."""
+    command = [compiler, "-std=c99", "-ffp-contract=off", *flags, *map(str, sources), "-lm", "-o", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"{compiler} refused the export: {done.stderr.strip()}")
+
+
+def needed(compiler: str) -> str:
+    """Return the compiler, which must be there."""
+    if not shutil.which(compiler):
+        raise checks.refuse("compiler", "a C compiler on this computer", compiler)
+    return compiler

@@ -1,0 +1,109 @@
+"""An export as a controller: `step` runs the C."""
+
+import tempfile
+from collections.abc import Mapping
+from copy import copy
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from sdpgrind.codegen._proof.compilers import needed
+from sdpgrind.codegen._proof.library import Library
+from sdpgrind.codegen._recipe import Recipe
+
+
+class CompiledController:
+    """C of an export, compiled on this computer, with the face of a controller.
+
+    A copy has a state of its own.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        What was exported.
+    folder : Path
+        Folder of the export.
+    name : str
+        Prefix of its functions.
+    compiler : str
+        Command of the C compiler.
+
+    Attributes
+    ----------
+    period : float or None
+        Time between two steps, s.
+    status : int
+        Status of the last step.
+    """
+
+    def __init__(self, recipe: Recipe, folder: Path, name: str, compiler: str) -> None:
+        self._recipe = recipe
+        sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
+        with tempfile.TemporaryDirectory() as kept:  # the library stays loaded without its file
+            self._library = Library(folder, Path(kept), name, sizes, needed(compiler), "-O2")
+        self.period, self.status = recipe.period, 0
+        self._inputs, self._outputs = np.zeros(len(recipe.inputs)), np.zeros(len(recipe.outputs))
+        self.state = np.zeros(recipe.state.size)
+        self.reset()
+
+    def __deepcopy__(self, memo: object) -> Self:
+        twin = copy(self)
+        twin.state, twin._inputs, twin._outputs = self.state.copy(), self._inputs.copy(), self._outputs.copy()
+        return twin
+
+    @property
+    def reads(self) -> Mapping[str, str]:
+        """Name of each input to its unit."""
+        return self._recipe.inputs
+
+    @property
+    def commands(self) -> Mapping[str, str]:
+        """Name of each output to its unit."""
+        recipe = self._recipe
+        return recipe.outputs if recipe.commands is None else recipe.commands
+
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Part and machine (mm, s, N) of the thing that was exported."""
+        return self._recipe.job
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """What the thing that was exported tells the log, in its units (mm, s, N)."""
+        return self._recipe.description
+
+    @property
+    def stands_for(self) -> str:
+        """Class of the thing that was exported, for the log; text, no unit."""
+        return self._recipe.kind
+
+    def reset(self) -> None:
+        """Start the next part."""
+        self.status = 0
+        self._library.reset(self.state)
+
+    def step(self, **measurement: Any) -> dict[str, Any]:
+        """Return the outputs by name, in their units; an input (mm, s, N ...) that is not given is NaN.
+
+        Parameters
+        ----------
+        **measurement
+            Inputs by name; others are not used.
+
+        Raises
+        ------
+        ValueError
+            When the C returns a status below 0.
+        """
+        for k, name in enumerate(self._recipe.inputs):
+            self._inputs[k] = float(measurement.get(name, np.nan))
+        self.status = self._library.step(self.state, self._inputs, self._outputs)
+        if self.status < 0:
+            given = ", ".join(
+                f"{name}={value:g}" for name, value in zip(self._recipe.inputs, self._inputs, strict=False)
+            )
+            raise ValueError(f"inputs must be within their range (status {self.status}); got {given}")
+        found = dict(zip(self._recipe.outputs, self._outputs.tolist(), strict=True))
+        told = self._recipe.answer
+        return found if told is None else told(self.status, found)

@@ -1,0 +1,1 @@
+"""Translator from kernels to C99: types, values, expressions, views, statements, functions, text."""

@@ -1,0 +1,241 @@
+"""All functions that an export reaches: one for each kernel and each tuple of argument types."""
+
+import ast
+import hashlib
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.compiling.compiled import Kernel
+from sdpgrind.codegen._translate.body import CLine, merged, without_unused
+from sdpgrind.codegen._translate.refusals import KernelSource, check_options
+from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_in_order
+from sdpgrind.codegen._translate.statements import Statements
+from sdpgrind.codegen._translate.types import (
+    ELEMENTS,
+    Array,
+    Nothing,
+    RowType,
+    Scalar,
+    Tuple,
+    Type,
+    dense,
+    same_result,
+    to_numba,
+)
+from sdpgrind.codegen._translate.values import Value, known, literal
+from sdpgrind.codegen._translate.views import SizeUnknownError
+
+_PASSES = 12  # chosen: passes over one kernel; types only widen, so two or three suffice
+_FRAME = 64  # chosen: bytes of stack of a call beside its variables
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function in C, and what its callers must know of it."""
+
+    name: str
+    signature: str
+    kernel: Kernel
+    source: KernelSource
+    parameters: tuple[str, ...]
+    types: tuple[Type, ...]
+    result: Type
+    written: frozenset[str]
+    faults: bool
+    text: str
+    bounds: tuple[dict[str, Any], ...]
+    stack: int
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Return what the manifest tells."""
+        digest = hashlib.sha256(self.source.text.encode()).hexdigest()
+        where = {
+            "kernel": self.kernel.py_func.__qualname__,
+            "file": self.source.file,
+            "line": self.source.first,
+        }
+        return {"name": self.name, **where, "sha256": digest}
+
+
+@dataclass
+class CProgram:
+    """Functions, structures and tables under one prefix."""
+
+    prefix: str
+    functions: dict[Any, Function] = field(default_factory=dict)
+    structures: dict[Tuple, str] = field(default_factory=dict)
+    tables: dict[str, str] = field(default_factory=dict)
+    table_bytes: int = 0
+    helpers: set[str] = field(default_factory=set)
+    checked: bool = False
+    _underway: list[Any] = field(default_factory=list)
+    _arrays: dict[Any, Value] = field(default_factory=dict)
+
+    # -- names -----------------------------------------------------------------------------------------
+
+    def helper(self, name: str) -> str:
+        """Return the name of a helper, which is then defined."""
+        self.helpers.add(name)
+        return f"{self.prefix}_{name}"
+
+    def macro(self, name: str) -> str:
+        """Return the name of the check of indices."""
+        self.checked = True
+        return f"{self.prefix}_{name}"
+
+    def spelled(self, kind: Type) -> str:
+        """Return the name of a type in C."""
+        if isinstance(kind, Scalar):
+            return kind.c
+        if isinstance(kind, Array | RowType):
+            return "const double *" if isinstance(kind, RowType) else f"const {kind.element.c} *"
+        if isinstance(kind, Nothing):
+            return "void"
+        assert isinstance(kind, Tuple)
+        if kind not in self.structures:
+            for one in kind.types:
+                self.spelled(one)
+            self.structures[kind] = self._free(kind.made_by.__name__, self.structures.values())
+        return self.structures[kind]
+
+    def _free(self, wanted: str, taken: Any) -> str:
+        name, count, names = f"{self.prefix}_{wanted.strip('_')}", 1, set(taken)
+        while (name if count == 1 else f"{name}_{count}") in names:
+            count += 1
+        return name if count == 1 else f"{name}_{count}"
+
+    # -- constants -------------------------------------------------------------------------------------
+
+    def constant(self, thing: Any, name: str) -> Value:
+        """Return a constant of the library or of the law, or a thing that exists while translating."""
+        if isinstance(thing, np.generic) and not isinstance(thing, np.void):
+            thing = thing.item()
+        if isinstance(thing, bool | int | float):
+            return literal(thing, name if not name.startswith(("inf", "nan", "pi")) else "")
+        if isinstance(thing, tuple):
+            items = tuple(self.constant(one, "") for one in thing)
+            return Value("", Tuple(type(thing), tuple(one.type for one in items)), items=items)
+        if isinstance(thing, np.ndarray):
+            return self.table(thing, name or "table")
+        return known(thing)
+
+    def table(self, array: Any, name: str) -> Value:
+        """Return an array of constants, which is written once."""
+        array = np.ascontiguousarray(array)
+        key = (array.dtype.str, array.shape, array.tobytes())
+        if key not in self._arrays:
+            element = ELEMENTS[array.dtype]
+            place = self._free(name, self.tables)
+            cells = [_cell(one) for one in array.ravel().tolist()] or ["0"]
+            rows = [", ".join(cells[k : k + 8]) for k in range(0, len(cells), 8)]
+            body = ",\n    ".join(rows)
+            self.tables[place] = f"static const {element.c} {place}[{len(cells)}] = {{\n    {body}\n}};"
+            self.table_bytes += array.nbytes
+            kind = Array(element, array.shape, dense(array.shape))
+            self._arrays[key] = Value(place, kind)
+        return self._arrays[key]
+
+    # -- functions -------------------------------------------------------------------------------------
+
+    def function(
+        self, kernel: Kernel, values: list[Value], at: tuple[KernelSource, ast.AST] | None
+    ) -> Function:
+        """Return the function of a kernel for arguments of these types."""
+        kinds = tuple(one.type for one in values)
+        for key in ((kernel, kinds, ()), (kernel, kinds, tuple(one.count for one in values))):
+            if key in self.functions:
+                return self.functions[key]
+        for counts in ((), tuple(one.count for one in values)):
+            try:
+                return self._translated(kernel, kinds, counts, at)
+            except SizeUnknownError:
+                if counts or all(one.count is None for one in values):
+                    raise
+        raise AssertionError
+
+    def _translated(
+        self, kernel: Kernel, kinds: tuple[Type, ...], counts: tuple[int | None, ...], at: Any
+    ) -> Function:
+        key = (kernel, kinds, counts)
+        if kernel in self._underway and at is not None:
+            raise at[0].refused(at[1], f"the recursion of {kernel.py_func.__name__}", "write a loop")
+        self._underway.append(kernel)
+        try:
+            source = KernelSource(kernel)
+            check_options(source, kernel)
+            body = Statements(self, kernel, source)
+            body.declare(kinds, counts)
+            for _ in range(_PASSES):
+                body.begin()
+                body.body(source.tree.body)
+                if not body.changed:
+                    break
+            found = self._finished(body, kinds, counts)
+        finally:
+            self._underway.pop()
+        check_result(found)
+        self.functions[key] = found
+        return found
+
+    def _finished(
+        self, body: Statements, kinds: tuple[Type, ...], counts: tuple[int | None, ...]
+    ) -> Function:
+        name = self._free(body.kernel.py_func.__name__, [one.name for one in self.functions.values()])
+        lines = without_unused(merged([*body.tops(), *body.lines]))
+        faults = any("fault" in line.text for line in lines)
+        result = body.result or Nothing()
+        signature = body.signature(name, kinds, result, faults)
+        text = "\n".join([body.comment(), signature, "{", *body.unused(lines), *map(shown, lines), "}"])
+        callees = [
+            one for one in self.functions.values() if any(f"{one.name}(" in line.text for line in lines)
+        ]
+        stack = body.bytes + _FRAME + max((one.stack for one in callees), default=0)
+        return Function(
+            name, signature, body.kernel, body.source, body.parameters, kinds, result,
+            frozenset(body.written) & frozenset(body.parameters), faults, text, tuple(body.bounds), stack,
+        )  # fmt: skip
+
+    # -- text ------------------------------------------------------------------------------------------
+
+    def definitions(self) -> str:
+        """Return structures, tables, helpers and functions, each before it is used."""
+        prefix = f"{self.prefix}_"
+        parts = [self._structure(kind, name) for kind, name in self.structures.items()]
+        parts += list(self.tables.values())
+        parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
+        parts += [helper_text(name, prefix) for name in helpers_in_order(self.helpers)]
+        functions = list(self.functions.values())
+        parts.append("\n".join(f"{one.signature};" for one in functions))
+        return "\n\n".join([*parts, *(one.text for one in functions)])
+
+    def _structure(self, kind: Tuple, name: str) -> str:
+        fields = []
+        for field_name, one in zip(kind.fields, kind.types, strict=True):
+            spelled = self.spelled(one)
+            fields.append(f"    {spelled}{'' if spelled.endswith('*') else ' '}{field_name};")
+        return "\n".join(["typedef struct {", *fields, f"}} {name};"])
+
+
+def shown(line: CLine) -> str:
+    """Return the text of a line, indented."""
+    return "    " * line.depth + line.text
+
+
+def _cell(number: Any) -> str:
+    """Return an entry of a table: what is no whole number in hexadecimal."""
+    if isinstance(number, bool | int) or not np.isfinite(number):
+        return literal(number).code
+    return repr(number) if float(number).is_integer() and abs(number) < 1e15 else float(number).hex()
+
+
+def check_result(function: Function) -> None:
+    """Hold the result's type against numba's."""
+    arguments = tuple(to_numba(one) for one in function.types)
+    function.kernel.compile(arguments)
+    compiled: Any = function.kernel.overloads[arguments]
+    result = compiled.signature.return_type
+    if not same_result(function.result, result):
+        raise AssertionError(f"{function.name}: {function.result}, and numba has {result}")

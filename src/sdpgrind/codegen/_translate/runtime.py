@@ -1,0 +1,140 @@
+"""Functions in C that translated kernels call: guards around the C library, and operators of Python.
+
+`@` stands for the prefix of the export.
+"""
+
+_GUARD = """\
+static double @{name}({parameters})
+{{
+    {declared}
+    return {function}({arguments});
+}}"""
+_TWO = ("pow", "atan2", "hypot", "fmod")
+_OWN = {
+    "min": """static double @min(double a, double b)
+{
+    return (b < a) ? b : a;
+}""",
+    "max": """static double @max(double a, double b)
+{
+    return (b > a) ? b : a;
+}""",
+    "min_int": """static int64_t @min_int(int64_t a, int64_t b)
+{
+    return (b < a) ? b : a;
+}""",
+    "max_int": """static int64_t @max_int(int64_t a, int64_t b)
+{
+    return (b > a) ? b : a;
+}""",
+    "abs": """static int64_t @abs(int64_t a)
+{
+    return (a < 0) ? -a : a;
+}""",
+    "square": """static double @square(double x)
+{
+    return x * x;
+}""",
+    "power": """/* x to a whole power by repeated squaring, from the lowest bit of the exponent */
+static double @power(double x, int64_t exponent)
+{
+    double result = 1.0;
+    int64_t rest = (exponent < 0) ? -exponent : exponent;
+    while (rest != 0) {
+        if ((rest & 1) != 0) {
+            result *= x;
+        }
+        rest >>= 1;
+        x *= x;
+    }
+    return (exponent < 0) ? (1.0 / result) : result;
+}""",
+    "quotient": """/* rounded down; by 0: 0 */
+static int64_t @quotient(int64_t a, int64_t b)
+{
+    int64_t found = (b == 0) ? 0 : (a / b);
+    if ((b != 0) && ((a % b) != 0) && ((a < 0) != (b < 0))) {
+        found -= 1;
+    }
+    return found;
+}""",
+    "remainder": """/* with the sign of the divisor; by 0: 0 */
+static int64_t @remainder(int64_t a, int64_t b)
+{
+    int64_t found = (b == 0) ? 0 : (a % b);
+    if ((found != 0) && ((found < 0) != (b < 0))) {
+        found += b;
+    }
+    return found;
+}""",
+    "mod": """/* remainder with the sign of the divisor */
+static double @mod(double a, double b)
+{
+    double found = @fmod(a, b);
+    if (found != 0.0) {
+        if ((b < 0.0) != (found < 0.0)) {
+            found += b;
+        }
+    } else {
+        found = copysign(0.0, b);
+    }
+    return found;
+}""",
+    "int": """/* towards 0; what is no number, or none of 64 bits, gives 0 and a fault */
+static int64_t @int(double x, int32_t *fault)
+{
+    if ((x >= -9223372036854775808.0) && (x < 9223372036854775808.0)) {
+        return (int64_t)x;
+    }
+    *fault = -3;
+    return 0;
+}""",
+    "bits": """/* a whole number that a table keeps as the bits of a double */
+static int64_t @bits(double x)
+{
+    int64_t found;
+    (void)memcpy(&found, &x, sizeof found);
+    return found;
+}""",
+}
+_NEEDS = {"mod": ("fmod",)}
+_ORDER = ("fmod", *_OWN)
+
+
+def helper_text(name: str, prefix: str) -> str:
+    """Return the definition of a helper."""
+    text = _OWN.get(name)
+    if text is None:
+        letters = "xy" if name in _TWO else "x"
+        text = _GUARD.format(
+            name=name,
+            function=name,
+            parameters=", ".join(f"double {one}" for one in letters),
+            declared="\n    ".join(f"volatile double v{one} = {one};" for one in letters),
+            arguments=", ".join(f"v{one}" for one in letters),
+        )
+    return text.replace("@", prefix)
+
+
+def helpers_in_order(names: set[str]) -> list[str]:
+    """Return helpers with those that they call, in an order in which they can be defined."""
+    needed = set(names).union(*(_NEEDS.get(name, ()) for name in names))
+    return sorted(needed, key=lambda name: (_ORDER.index(name) if name in _ORDER else -1, name))
+
+
+AT_MACRO = """\
+#ifdef SG_CHECK
+/* test build: an index outside its array gives 0 and the status -3 */
+static int32_t @outside = 0;
+static int64_t @AT(int64_t index, int64_t extent)
+{
+    if ((index >= 0) && (index < extent)) {
+        return index;
+    }
+    @outside = 1;
+    return 0;
+}
+#else
+#define @AT(index, extent) (index)
+#endif"""
+"""Check of indices, in the test build alone."""

@@ -1,0 +1,145 @@
+"""Curves of a STEP file in space: places at a parameter, and the parameter of a place."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
+from sdpgrind.finishing.surface._step.placements import direction, moved, placement, point, seen_from
+from sdpgrind.finishing.surface._step.splines import IMPLICIT, knots_implicit, knots_told
+
+DEEPEST = 8  # chosen: curves that stand on other curves
+LOOKS = 64  # chosen: places in each span of a curve where its nearest place to a vertex is sought
+CLOSE = 1e-9  # of a curve's length, chosen: its ends are one place
+NARROWINGS = 4  # chosen: each makes the interval around the nearest place 16 times narrower
+SPLINES = (
+    "B_SPLINE_CURVE_WITH_KNOTS", "QUASI_UNIFORM_CURVE", "BEZIER_CURVE", "UNIFORM_CURVE",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class StepCurve:
+    """A curve (n,) -> (n, 3), mm, with the parameters between which it is a polynomial or an arc.
+
+    `locate` gives the parameter of the nearest place; None: by search. `period` is that of a closed curve.
+    """
+
+    points: Callable[[Floats], Floats]
+    breaks: Floats
+    period: float | None = None
+    locate: Callable[[Floats], float] | None = None
+
+    def parameter(self, place: Floats) -> float:
+        """Return the parameter at which the curve is nearest to a place (3,)."""
+        return self.locate(place) if self.locate else self._sought(place)
+
+    def _sought(self, place: Floats) -> float:
+        low, high = float(self.breaks[0]), float(self.breaks[-1])
+        looks = np.unique(np.linspace(self.breaks[:-1], self.breaks[1:], LOOKS + 1))
+        for _ in range(2 + NARROWINGS):
+            away = np.linalg.norm(self.points(looks) - place, axis=1)
+            best = int(np.argmin(away))
+            before, after = looks[max(best - 1, 0)], looks[min(best + 1, looks.size - 1)]
+            looks = np.linspace(before, after, LOOKS // 2 + 1)
+        return float(np.clip(looks[np.argmin(np.linalg.norm(self.points(looks) - place, axis=1))], low, high))
+
+
+def curve(file: StepFile, number: int, scale: float, depth: int = 0) -> StepCurve:
+    """Return a curve by its number, mm."""
+    if depth > DEEPEST:
+        raise ValueError(f"{file.name(number)} must not stand on itself")
+    known = {
+        "LINE": _line,
+        "CIRCLE": _conic,
+        "ELLIPSE": _conic,
+        "POLYLINE": _polyline,
+        **dict.fromkeys(SPLINES, _spline),
+    }
+    on_another = ("SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE", "TRIMMED_CURVE")
+    row = file.find(number, *known, *on_another)
+    if row is None:
+        raise ValueError(f"{file.name(number)} is not read; export the edge as B-spline curve")
+    if row.type in on_another:
+        return curve(file, row.reference(1), scale, depth + 1)
+    return known[row.type](file, row, scale)
+
+
+def _line(file: StepFile, row: StepRow, scale: float) -> StepCurve:
+    start = point(file, row.reference(1), scale)
+    along = direction(file, file.row(row.reference(2), "VECTOR").reference(1))
+    return StepCurve(
+        lambda t: np.asarray(start + np.asarray(t)[..., None] * along),
+        np.array([-np.inf, np.inf]),
+        locate=lambda place: float((place - start) @ along),
+    )
+
+
+def _conic(file: StepFile, row: StepRow, scale: float) -> StepCurve:
+    """Circle or ellipse, over its angle."""
+    frame = placement(file, row.reference(1), scale)
+    a = row.number_at(2) * scale
+    b = a if row.type == "CIRCLE" else row.number_at(3) * scale
+    if not (a > 0 and b > 0):
+        raise row.refused(f"must have radii > 0; got {a:g} and {b:g} mm")
+
+    def points(t: Floats) -> Floats:
+        return moved(frame, np.stack([a * np.cos(t), b * np.sin(t), np.zeros_like(t)], axis=-1))
+
+    def locate(place: Floats) -> float:
+        x, y, _ = seen_from(frame, place)
+        return float(np.arctan2(y / b, x / a))
+
+    breaks = np.linspace(0.0, 2 * np.pi, 5)
+    return StepCurve(points, breaks, 2 * np.pi, locate if a == b else None)
+
+
+def _polyline(file: StepFile, row: StepRow, scale: float) -> StepCurve:
+    nodes = np.array([point(file, each, scale) for each in row.references(1)])
+    if len(nodes) < 2:
+        raise row.refused("must have two points or more")
+    return _splined(row, 1, nodes, None, np.append(0.0, np.append(np.arange(len(nodes)), len(nodes) - 1.0)))
+
+
+def _spline(file: StepFile, form: StepRow, scale: float) -> StepCurve:
+    base = file.find(form.number, "B_SPLINE_CURVE") or form
+    first = 0 if base.type == "B_SPLINE_CURVE" else 1
+    degree = base.count(first)
+    nodes = np.array([point(file, each, scale) for each in base.references(first + 1)])
+    if form.type == SPLINES[0]:
+        at = 0 if first == 0 else 6
+        knots = knots_told(form, at, at + 1)
+    else:
+        kind = next(each for each in IMPLICIT if form.type == f"{each}_CURVE")
+        knots = knots_implicit(form, kind, degree, len(nodes))
+    rational = file.find(form.number, "RATIONAL_B_SPLINE_CURVE")
+    weights = None if rational is None else rational.numbers(0)
+    return _splined(form, degree, nodes, weights, knots)
+
+
+def _splined(row: StepRow, degree: int, nodes: Floats, weights: Floats | None, knots: Floats) -> StepCurve:
+    """B-spline curve from checked numbers."""
+    count = len(nodes)
+    if degree < 1 or count <= degree or len(knots) != count + degree + 1 or np.any(np.diff(knots) < 0):
+        raise row.refused(
+            f"must have degree >= 1 and rising knots, control points + degree + 1; got degree {degree},"
+            f" {count} points, {len(knots)} knots"
+        )
+    low, high = float(knots[degree]), float(knots[count])
+    w = np.ones(count) if weights is None else weights
+    if w.shape != (count,) or w.min() <= 0 or low >= high:
+        raise row.refused("must have weights > 0, one a control point, and knots that leave a domain")
+    spline = BSpline(knots, np.column_stack([nodes * w[:, None], w]), degree)
+    ends = spline(np.array([low, high]))
+    gap = np.linalg.norm(ends[1, :3] / ends[1, 3] - ends[0, :3] / ends[0, 3])
+    closed = bool(gap <= CLOSE * np.linalg.norm(np.ptp(nodes, axis=0)))
+
+    def points(t: Floats) -> Floats:
+        inside = np.where(t > high, t - (high - low), t) if closed else t
+        found = spline(np.clip(inside, low, high))
+        return np.asarray(found[..., :3] / found[..., 3:])
+
+    breaks = np.unique(np.clip(knots, low, high))
+    return StepCurve(points, breaks, high - low if closed else None)

@@ -1,0 +1,91 @@
+"""What is exported of a torque controller: step, law, reference, and inputs of its self-test."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.states import named, places
+from sdpgrind.codegen import Recipe
+from sdpgrind.finishing.torque._controller_kernels import exported_hold, exported_step
+from sdpgrind.finishing.torque._law import TorqueLaw
+from sdpgrind.finishing.torque._states import CONTROLLER, LAW
+
+_NAMED = (
+    "count",
+    "current",
+    "reading",
+    "motion_speed",
+    "estimate",
+    "obs_angle",
+    "obs_speed",
+    "obs_torque",
+    "path_time",
+)
+_CHAINS = 12  # chosen: parts of the self-test
+_SIZES = (0.02, 0.3, 1.0, 3.0, 30.0)  # chosen: movements over the deflection under the force
+
+
+def recipe_of(law: TorqueLaw, profile: Any, period: float) -> Recipe:
+    """Return what is exported of a controller with this law, in N m, A, rad and s."""
+    moves = profile is not None
+    told = named(law.parameters, LAW)
+    part = _Readings(law, float(law.torque.max() / told.stiffness), period, moves)
+    outputs = {"current": "A"} | ({"feed_override": "", "start_motion": ""} if moves else {})
+    inputs = {"motor_angle": "rad"} | ({"path_time": "s"} if moves else {})
+    spread = (part.deflection, 0.2 * max(float(law.time[-1]), period))
+    return Recipe(
+        "torque",
+        exported_step if moves else exported_hold,
+        inputs,
+        outputs,
+        law=(law.parameters, law.time, law.torque),
+        state=law.start,
+        missing=tuple(inputs),
+        period=period,
+        places=dict(zip(_NAMED, places(CONTROLLER, *_NAMED), strict=True)),
+        equations="Wang and Jan (2001), (6), (8), (9) corrected; LQG, damping: docs of finishing.torque.",
+        vectors=part.chains,
+        spread=spread[: len(inputs)],
+        kind="TorqueController",
+        answer=(lambda status, found: _played(found, profile)) if moves else None,
+    )
+
+
+def _played(found: dict[str, float], profile: Any) -> dict[str, Any]:
+    """Return the command, with the motion in the first sample."""
+    command: dict[str, Any] = {name: found[name] for name in ("current", "feed_override")}
+    return {**command, "motion": profile} if found["start_motion"] == 1.0 else command
+
+
+@dataclass(frozen=True)
+class _Readings:
+    """Readings of parts: the motor swings about the contact, a little or much; the motion plays."""
+
+    law: TorqueLaw
+    deflection: float
+    period: float
+    moves: bool
+
+    def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
+        """Return about `count` readings, in rad and s."""
+        length = max(count // _CHAINS, 1)
+        return [self._chain(rng, length, _SIZES[k % len(_SIZES)]) for k in range(_CHAINS)]
+
+    def _chain(self, rng: np.random.Generator, length: int, size: float) -> Floats:
+        time = np.arange(length) * self.period
+        swing = np.sin(rng.uniform(10.0, 200.0) * time) + 0.3 * rng.standard_normal(length)
+        angle = rng.normal(0.0, 1.0) + self.deflection * (1.0 + size * swing)
+        angle[rng.random(length) < 0.05] = np.nan
+        if not self.moves:
+            alone: Floats = angle[:, None]
+            return alone
+        end = float(self.law.time[-1])
+        played = np.cumsum(rng.choice([0.0, 1.0, 8.0], length)) * 1.3 * end / (3.0 * length)
+        played[rng.random(length) < 0.05] = np.nan
+        back = rng.random(length) < 0.03
+        played[back] = rng.uniform(0.0, 1.1, int(back.sum())) * end
+        at_node = rng.random(length) < 0.1
+        played[at_node] = rng.choice(self.law.time, int(at_node.sum()))
+        return np.column_stack([angle, played])

@@ -1,0 +1,124 @@
+"""What is exported of a controller of plunge cycles: step, law, state, and inputs of its self-test."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.states import named
+from sdpgrind.codegen import Recipe
+from sdpgrind.plunge._control import state as at
+from sdpgrind.plunge._control.control_kernels import exported_step, start_control
+from sdpgrind.plunge._model.kernels import PlungeCore, rate
+from sdpgrind.plunge._model.model import PlungeModel
+
+INPUTS = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
+OUTPUTS = {"command_rate": "mm/s", "balancing": ""}
+_PLACES = {
+    name: getattr(at, name.upper())
+    for name in (
+        "section",
+        "rate",
+        "remaining",
+        "commanded",
+        "missed",
+        "size",
+        "touched",
+        "zero",
+        "scale",
+        "sharpness",
+    )
+}
+_LONGEST = 420  # chosen: samples of a part of the self-test; parts of the presets take some 400
+_MORE = 3  # chosen: samples after the end of a part
+_SIZE_SPREAD, _POWER_SPREAD = 4e-4, 0.02  # chosen: mm; share of the power at the greatest rate
+
+
+def recipe_of(law: Floats, model: PlungeModel, period: float, kind: str) -> Recipe:
+    """Return what is exported of a controller with this law, in mm, s, N and W."""
+    core = model.core
+    greatest = named(law, at.LAW).rate_max
+    watts = float(core.power0 + core.power1 * greatest + core.power2 * greatest**core.p)
+    part = _Part(law, core, watts)
+    return Recipe(
+        "cycle",
+        exported_step,
+        INPUTS,
+        OUTPUTS,
+        law=(law,),
+        state=np.zeros(at.STATES),
+        start=start_control,
+        missing=tuple(INPUTS),
+        period=period,
+        status=("go on", "retract"),
+        places=_PLACES,
+        equations="Dong, Danai and Malkin (2004), section 2; safe position of the axis.",
+        vectors=part.chains,
+        spread=(_SIZE_SPREAD, _POWER_SPREAD * watts, 0.0),
+        kind=kind,
+        answer=lambda status, found: {"retract": 1.0} if status == 1 else found,
+    )
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Coarse part that answers to the controller, with readings that go wrong in all ways."""
+
+    law: Floats
+    core: PlungeCore
+    watts: float
+
+    def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
+        """Return the readings of parts, about `count` samples at least, each fault once at least."""
+        found: list[Floats] = []
+        while sum(map(len, found)) < count or len(found) < len(_FAULTS):
+            fault = _FAULTS[len(found) % len(_FAULTS)]
+            found.append(np.array(list(self._readings(rng, fault))))
+        return found
+
+    def _readings(self, rng: np.random.Generator, fault: str) -> Iterator[tuple[float, float, float]]:
+        state, law = np.zeros(at.STATES), named(self.law, at.LAW)
+        start_control(state, self.law)
+        command, out, after = 0.0, np.zeros(2), 0
+        deflection, removed = (
+            -self.core.K0 * rng.uniform(0.5, 1.5),
+            rng.normal(0.0, 2e-3) * (fault == "stock"),
+        )
+        dull = rng.uniform(0.7, 1.6)
+        for k in range(_LONGEST):
+            v = float(rate(deflection, self.core)) / dull
+            deflection, removed = deflection + (command - v) * law.sample_time, removed + v * law.sample_time
+            row = self._reading(rng, fault, k, removed, v, deflection)
+            yield row
+            after += exported_step(state, self.law, *row, out)
+            if after > _MORE:
+                return
+            command = out[0]
+
+    def _reading(
+        self, rng: np.random.Generator, fault: str, k: int, removed: float, v: float, deflection: float
+    ) -> tuple[float, float, float]:
+        """Return size (mm), power (W) and whether it is clipped, of sample `k`."""
+        core = self.core
+        x = deflection + core.K0
+        cutting = core.power0 + core.power1 * v + core.power2 * v**core.p
+        power = cutting if v > 0.0 else core.power0 * max(x, 0.0) / core.K0 if core.K0 > 0.0 else 0.0
+        size = removed + 2e-4 * rng.standard_normal()
+        power *= 1.0 + 0.02 * rng.standard_normal()
+        if fault == "powerless" and k < 60:
+            power = np.nan
+        elif fault == "idle":
+            power = 0.0
+        elif fault == "gaps" and rng.random() < 0.2:
+            size, power = (np.nan, power) if rng.random() < 0.6 else (size, np.nan)
+        elif fault == "jumps" and rng.random() < 0.1:
+            size += rng.choice([-1.0, 1.0]) * rng.choice([0.002, 0.05])
+        elif fault == "frozen" and k > 80:
+            size = removed - removed % 0.02
+        elif fault == "lost" and k > 120:
+            size = np.nan
+        return size, power, float(fault == "clipped" and rng.random() < 0.3)
+
+
+_FAULTS = ("none", "stock", "powerless", "idle", "gaps", "jumps", "frozen", "lost", "clipped", "none")

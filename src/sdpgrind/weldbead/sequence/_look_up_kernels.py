@@ -1,0 +1,26 @@
+"""Next pass of a plan at one state, compiled, as exports have it."""
+
+import numpy as np
+
+from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.sdp.kernels import OUTSIDE, act_linear_at
+
+
+@compiled(error_model="numpy")
+def next_pass_at(
+    state, frame, shape, best, entry, control, gap, at, start, lines, durations, feeds, height, time_left, out
+):
+    """Fill `out`: duration (s), feed (mm/s), force (N), gap ($). Return 1 where grinding stops; -1: outside.
+
+    Constants up to `lines` are those of `act_linear_at`; `durations` (s) and `feeds` (mm/s): of the moves.
+    """
+    found, move, _, force, gained = act_linear_at(
+        frame, shape, best, entry, control, gap, at, start, lines, 0, time_left, height, 0.0, 0.0
+    )
+    if found > OUTSIDE:
+        return -1
+    out[0], out[1], out[2], out[3] = 0.0, np.nan, np.nan, gained
+    if move < 0:
+        return 1
+    out[0], out[1], out[2] = durations[move], feeds[move], force
+    return 0

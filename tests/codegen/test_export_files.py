@@ -1,0 +1,257 @@
+"""Files of an export: content, the same at every export, whole or not at all; what is no export."""
+
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import sdpgrind
+from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.codegen import Recipe
+
+needs_gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+
+
+@compiled(error_model="numpy")
+def smith_step(state, gain, reset_time, period, model, wanted, reading, out):
+    """PI with a Smith predictor: the delayed model's error is added to the model's own."""
+    delayed = state[1 + int(state[0])]
+    error = wanted - (state[9] + reading - delayed)
+    state[10] += period / reset_time * error
+    out[0] = min(max(gain * (error + state[10]), -5.0), 5.0)
+    state[1 + int(state[0])] = state[9]
+    state[0] = (state[0] + 1.0) % 8.0
+    state[9] += model * (out[0] - state[9])
+    return 1 if abs(error) > 2.0 else 0
+
+
+@compiled(error_model="numpy")
+def cast_step(state, x, out):
+    state[0] += 1.0
+    out[0] = int(x)
+    return 0
+
+
+def recipe(**more):
+    return Recipe(
+        "smith", smith_step, {"wanted": "mm", "reading": "mm"}, {"command": "mm/s"},
+        law=(1.5, 0.3, 0.01, 0.125), state=np.zeros(11), period=0.01, status=("go on", "far off"),
+        places={"model": 9, "integral": 10}, equations="Smith (1957)", **more,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    return sdpgrind.export(recipe(), tmp_path_factory.mktemp("out") / "smith")
+
+
+def test_the_files(made):
+    names = {"smith.h", "smith.c", "smith_selftest.c", "vectors.bin", "manifest.json"}
+    assert {path.name for path in made.path.iterdir()} == names
+    told = json.loads((made.path / "manifest.json").read_text())
+    for name in names - {"manifest.json"}:
+        assert told["files"][name] == hashlib.sha256((made.path / name).read_bytes()).hexdigest()
+    assert [one["name"] for one in told["inputs"]] == ["wanted", "reading"] and told["period"] == 0.01
+    assert (
+        made.promise
+        == "same bits where the C library computes fmod as that of this computer; the self-test tells"
+    )
+    assert (
+        told["functions"][0]["kernel"] == "smith_step"
+        and told["functions"][0]["file"] == "test_export_files.py"
+    )
+    assert made.size == sum((made.path / f"smith{end}").stat().st_size for end in (".h", ".c"))
+
+
+def test_the_header_has_units_and_places(made):
+    text = (made.path / "smith.h").read_text()
+    assert "double wanted; /* mm */" in text and "double command; /* mm/s */" in text
+    assert "#define SMITH_PERIOD 0.01 /* s */" in text and "#define SMITH_AT_INTEGRAL 10" in text
+    assert f'#define SMITH_FINGERPRINT "{recipe().fingerprint}"' in text and "1  far off" in text
+
+
+def test_vectors_are_those_of_the_library(made):
+    rows = np.fromfile(made.path / "vectors.bin", "<f8").reshape(-1, 4)
+    assert np.isnan(rows[0]).all()
+    state, out = np.zeros(11), np.zeros(1)
+    for wanted, reading, command, status in rows[1:60]:
+        assert smith_step(state, 1.5, 0.3, 0.01, 0.125, wanted, reading, out) == status and out[0] == command
+
+
+def test_the_same_bytes_at_every_export(made, tmp_path):
+    again = sdpgrind.export(recipe(), tmp_path / "smith")
+    for path in made.path.iterdir():
+        assert path.read_bytes() == (again.path / path.name).read_bytes()
+    assert (
+        sdpgrind.export(recipe(), tmp_path / "smith").manifest == made.manifest
+    )  # without overwrite: the same
+
+
+def test_another_export_is_kept(tmp_path):
+    first = sdpgrind.export(recipe(), tmp_path / "smith")
+    other = Recipe("cast", cast_step, {"x": ""}, {"y": ""})
+    before = (first.path / "manifest.json").read_bytes()
+    with pytest.raises(FileExistsError, match="overwrite must be True where path holds another export"):
+        sdpgrind.export(other, first.path)
+    assert (first.path / "manifest.json").read_bytes() == before
+    second = sdpgrind.export(other, first.path, overwrite=True)
+    assert second.manifest["kind"] == "step" and len(list(tmp_path.iterdir())) == 1
+    assert sorted(path.name for path in first.path.glob("*.c")) == ["smith.c", "smith_selftest.c"]
+
+
+def test_foreign_folders_and_files_are_refused(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "mine.txt").write_text("kept")
+    for name, text in (
+        ("a", "must be the folder of an export, or be empty"),
+        ("a/mine.txt", "must be a folder"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            sdpgrind.export(recipe(), tmp_path / name, name="x", overwrite=True)
+    with pytest.raises(FileNotFoundError, match="must lie in an existing folder"):
+        sdpgrind.export(recipe(), tmp_path / "none" / "x")
+
+
+@pytest.mark.parametrize("name", ["for", "int", "3d", "a-b", "log"])
+def test_names_that_c_does_not_allow(tmp_path, name):
+    with pytest.raises(
+        ValueError, match=f"name must be an identifier of C and Python and no keyword; got '{name}'"
+    ):
+        sdpgrind.export(recipe(), tmp_path / "x", name=name)
+
+
+def test_what_has_no_recipe(tmp_path):
+    with pytest.raises(TypeError, match=r"thing must be a SequencePolicy, a LocusTable, .* got dict"):
+        sdpgrind.export({}, tmp_path / "x")
+    with pytest.raises(ValueError, match=r"target must be"):
+        sdpgrind.export(recipe(), tmp_path / "x", target="st")
+
+
+def test_an_export_that_fails_leaves_the_old_one(tmp_path, monkeypatch):
+    first = sdpgrind.export(recipe(), tmp_path / "smith")
+    before = {path.name: path.read_bytes() for path in first.path.iterdir()}
+    from sdpgrind.codegen._files import folder
+
+    def full(path):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(folder, "durable", full)
+    with pytest.raises(OSError, match="no space"):
+        sdpgrind.export(Recipe("cast", cast_step, {"x": ""}, {"y": ""}), first.path, overwrite=True)
+    assert {path.name: path.read_bytes() for path in first.path.iterdir()} == before
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@needs_gcc
+def test_a_users_own_step(made):
+    found = made.check(20_000, ["gcc"], levels=["-O2"])
+    assert found.status == "equal" and found.differing == 0, found.first
+
+
+@needs_gcc
+def test_what_was_not_run_is_no_success(made):
+    found = made.check(1000, ["no-such-compiler"])
+    assert found.status == "not run" and found.missing == ("no-such-compiler",)
+    with pytest.raises(RuntimeError, match="nothing was run: none of no-such-compiler was found"):
+        _ = found.differing
+    with pytest.raises(ValueError, match="compiler must be a C compiler on this computer"):
+        made.controller("no-such-compiler")
+
+
+STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-pedantic", "-Werror")
+
+
+def built(folder, *flags, compiler="gcc"):
+    """Program of the self-test in a folder."""
+    sources = [str(path) for path in sorted(folder.glob("*.c"))]
+    subprocess.run([compiler, *flags, *sources, "-lm", "-o", str(folder / "t")], check=True)
+    return subprocess.run([str(folder / "t")], capture_output=True, text=True, check=False)
+
+
+@needs_gcc
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_the_self_test(made, tmp_path, compiler):
+    if not shutil.which(compiler):
+        pytest.skip(f"{compiler} is not installed")
+    shutil.copytree(made.path, tmp_path / "x")
+    done = built(tmp_path / "x", *STRICT, compiler=compiler)
+    assert done.returncode == 0
+    assert done.stdout == "smith: 0 of 512 vectors and 0 of 64 digests of 1000 steps differ\n"
+
+
+@needs_gcc
+@pytest.mark.parametrize(
+    ("text", "wrong"), [("1.5", "1.6"), ("> 2.0", "> 2.1"), ("- delayed", "+ delayed"), ("-5.0", "-4.9")]
+)
+def test_the_self_test_finds_what_is_changed(made, tmp_path, text, wrong):
+    shutil.copytree(made.path, tmp_path / "x")
+    source = tmp_path / "x" / "smith.c"
+    changed = source.read_text().replace(text, wrong)
+    assert changed != source.read_text()
+    source.write_text(changed)
+    done = built(tmp_path / "x", "-std=c99", "-O1")
+    assert done.returncode == 1 and re.search("[1-9][0-9]* of 64 digests", done.stdout)
+
+
+@needs_gcc
+def test_flush_to_zero_is_told(made, tmp_path):
+    shutil.copytree(made.path, tmp_path / "x")
+    sources = [str(path) for path in sorted((tmp_path / "x").glob("*.c"))]
+    for source in sources:
+        subprocess.run(["gcc", "-std=c99", "-O1", "-c", source, "-o", source[:-1] + "o"], check=True)
+    objects = [source[:-1] + "o" for source in sources]
+    subprocess.run(["gcc", "-ffast-math", *objects, "-lm", "-o", str(tmp_path / "t")], check=True)
+    done = subprocess.run([str(tmp_path / "t")], capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "small numbers are flushed to zero" in done.stdout
+
+
+@needs_gcc
+def test_fast_math_is_refused(made):
+    done = subprocess.run(
+        ["gcc", "-std=c99", "-ffast-math", "-c", str(made.path / "smith.c"), "-o", "/dev/null"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode and "compile without -ffast-math" in done.stderr
+
+
+@needs_gcc
+def test_a_number_that_is_no_index(tmp_path):
+    made = sdpgrind.export(
+        Recipe("cast", cast_step, {"x": ""}, {"y": ""}, missing=("x",), vectors=lambda rng, n: [np.arange(9.0)[:, None]],
+               spread=(0.0,)),
+        tmp_path / "cast",
+    )  # fmt: skip
+    library = made.controller()._library
+    state, out = np.zeros(1), np.full(1, 7.0)
+    for wrong in (np.nan, 1e300, -np.inf):
+        assert library.step(state, np.array([wrong]), out) == -3 and state[0] == 0.0 and out[0] == 7.0
+    assert library.step(state, np.array([-2.7]), out) == 0 and state[0] == 1.0 and out[0] == -2.0
+
+
+@needs_gcc
+def test_a_number_must_be_finite(made):
+    library = made.controller()._library
+    state, out = np.ones(11), np.full(1, 7.0)
+    for wrong in (np.nan, np.inf):
+        assert (
+            library.step(state, np.array([0.0, wrong]), out) == -1 and (state == 1.0).all() and out[0] == 7.0
+        )
+    controller = made.controller()
+    with pytest.raises(
+        ValueError, match=r"inputs must be within their range \(status -1\); got wanted=1, reading=nan"
+    ):
+        controller.step(wanted=1.0)
+
+
+@needs_gcc
+def test_the_object_has_no_data_of_its_own(made, tmp_path):
+    target = str(tmp_path / "smith.o")
+    subprocess.run(["gcc", "-std=c99", "-O2", "-c", str(made.path / "smith.c"), "-o", target], check=True)
+    sizes = subprocess.run(["size", target], capture_output=True, text=True, check=True).stdout.split()
+    assert sizes[7:9] == ["0", "0"]
+    names = subprocess.run(["nm", "-u", target], capture_output=True, text=True, check=True).stdout.split()
+    assert set(names[1::2]) <= {"fmod", "memcpy", "memset", "copysign", "fabs"}

@@ -1,0 +1,254 @@
+"""Paths on trimmed patches: inside the trimming, joined by lifts, covered area, motions in the air."""
+
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from sdpgrind.base.stored import decode, encode
+from sdpgrind.finishing import (
+    FinishingProblem,
+    Lift,
+    TorqueAxis,
+    TorqueController,
+    hilbert,
+    plan,
+    read_surfaces,
+    zigzag,
+)
+from sdpgrind.finishing.path import LiftedPath
+from sdpgrind.finishing.surface import Patch, flat_surface, nominal_surface
+
+FLAT = flat_surface(30.0)
+TURN = np.linspace(0, -2 * np.pi, 181)
+DISK = np.stack([0.5 + 0.2 * np.cos(TURN), 0.5 + 0.2 * np.sin(TURN)], axis=1)  # 6 mm around the middle
+ROUND = Patch(FLAT, [DISK])
+DIE = read_surfaces(Path(__file__).parents[2] / "data" / "step" / "nominal_hole.step")[0]
+
+
+def on_work(path, per_leg=16):
+    found = path.sample(per_leg=per_leg)
+    return found.point[found.contact]
+
+
+@pytest.mark.parametrize("along", ["u", "v"])
+@pytest.mark.parametrize("mapping", ["equal_spacing", "equal_area", "parametric"])
+def test_a_path_stays_inside_and_away_from_the_ends_of_its_passes(mapping, along):
+    path = zigzag(DIE, 3.0, mapping=mapping, along=along)
+    away = np.hypot(*(on_work(path)[:, :2] - 25.0).T)
+    assert away.min() >= 8.0 - 0.01  # mm; source: the requirements
+
+
+def test_rounded_corners_stay_inside():
+    away = np.hypot(*(on_work(zigzag(DIE, 4.0).blended())[:, :2] - 25.0).T)
+    assert away.min() >= 8.0 - 0.01
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.4, 1.5])
+def test_passes_are_pulled_in_by_the_margin(margin):
+    """On a flat every pass that meets the disk ends a margin before its circle."""
+    path = zigzag(ROUND, 2.0, margin=margin)
+    ends = np.concatenate([piece.points for piece in path.pieces])
+    own = []
+    for y in np.unique(ends[:, 1].round(9)):
+        half = np.sqrt(max(36.0 - (y - 15.0) ** 2, 0.0))
+        x = ends[np.abs(ends[:, 1] - y) < 1e-6, 0]
+        assert x.min() == pytest.approx(margin, abs=1e-6) and x.max() == pytest.approx(30 - margin, abs=1e-6)
+        if half > 1.0:
+            own += [15 - half - x[x < 15].max(), x[x > 15].min() - 15 - half]
+    assert np.array(own) == pytest.approx(margin, abs=2e-3)  # the polygon has 180 sides
+    assert len(own) >= 8
+
+
+def test_one_hole_needs_few_pieces():
+    """Passes below and on one side of the hole, on the other side, and above it: not one a pass."""
+    path = zigzag(ROUND, 2.0)
+    assert len(path.pieces) in (2, 3) and isinstance(path, LiftedPath)
+    assert path.runs[-1, 1] == len(path.nodes) - 1 and len(path.points) == len(path.nodes)
+
+
+def test_lines_of_a_lift_have_their_lengths():
+    lift = Lift(height=12.0, radius=3.0)
+    path = zigzag(FLAT, 5.0, lift=lift)
+    samples = path.sample()
+    first, last = samples.point[[0, -1]]
+    assert first == pytest.approx([2.5 - 3.0, 2.5, 12.0]) and samples.clearance[[0, -1]] == pytest.approx(
+        12.0
+    )
+    assert last[2] == pytest.approx(12.0)
+    runs = [samples.length[samples.run == k] for k in range(samples.run[-1] + 1)]
+    assert np.ptp(runs[0]) == pytest.approx(9.0) and np.ptp(runs[-1]) == pytest.approx(9.0)
+    assert not samples.contact[samples.run == 0].any() and samples.contact[samples.run == 1].any()
+    arcs = (path.length - path.contact_length - 18.0) / 2
+    assert 3 * np.sqrt(2) < arcs < 6.0  # between the chord and two sides of the square
+    assert zigzag(FLAT, 5.0).length == pytest.approx(path.contact_length)
+
+
+def test_a_slanted_lift():
+    lift = Lift(height=10.0, angle=0.5, radius=4.0)
+    path = zigzag(FLAT, 5.0, lift=lift)
+    samples = path.sample()
+    line = samples.point[samples.run == samples.run[-1]]
+    way = (line[-1] - line[0]) / np.linalg.norm(line[-1] - line[0])
+    assert way[2] == pytest.approx(np.sin(0.5)) and line[-1, 2] == pytest.approx(10.0)
+    assert line[0, 2] == pytest.approx(4.0 * (1 - np.cos(0.5))) and line[0, 2] == pytest.approx(lift.rise)
+
+
+def test_length_is_that_of_the_arc():
+    path = zigzag(DIE, 12.0).blended()
+    at = np.linspace(0, path.length, 4001)[1:-1]
+    here, ahead = path.at(at), path.at(at + 1e-5)
+    same = here.run == ahead.run
+    speed = np.linalg.norm(ahead.point - here.point, axis=1)[same] / 1e-5
+    assert speed == pytest.approx(1.0, abs=1e-6)
+    assert path.at(path.sample().length[::7]).point == pytest.approx(path.sample().point[::7], abs=1e-6)
+
+
+def frames(samples):
+    columns = [samples.tangent, np.cross(samples.normal, samples.tangent), samples.normal]
+    return Rotation.from_matrix(np.stack(columns, axis=-1))
+
+
+@pytest.mark.parametrize("end", ["off", "onto"])
+def test_place_and_tool_go_on_at_a_contact(end):
+    """Speed and acceleration of place and turn, a mm, by differences on both sides of the contact."""
+    path = zigzag(DIE, 6.0).blended()
+    samples = path.sample()
+    flips = np.flatnonzero(
+        (samples.contact[1:] != samples.contact[:-1]) & (samples.run[1:] == samples.run[:-1])
+    )
+    k = next(k for k in flips if samples.contact[k] == (end == "off"))
+    join = samples.length[k if end == "off" else k + 1]
+    h = 0.02
+    before, after = (
+        path.at(join + h * np.array([-4, -3, -2, -1, 0])),
+        path.at(join + h * np.array([0, 1, 2, 3, 4])),
+    )
+    one = np.array([3, -16, 36, -48, 25]) / (12 * h)  # first derivative at the end of five places
+    two = np.array([11, -56, 114, -104, 35]) / (12 * h**2)
+    for weights, sign, least in ((one, -1, 1e-4), (two, 1, 2e-2)):
+        left, right = weights @ before.point, sign * weights[::-1] @ after.point
+        assert left == pytest.approx(right, abs=least)
+    turns = [frames(path.at(np.array([join + h * step])))[0] for step in (-2, -1, 0, 1, 2)]
+    rates = [(a.inv() * b).as_rotvec() / h for a, b in pairwise(turns)]
+    steps = np.linalg.norm(np.diff(rates, axis=0), axis=1)
+    assert steps.max() < 3 * max(steps[0], steps[2], 1e-4)  # no jump of the rate at the join
+
+
+def test_the_tool_settles_in_the_air():
+    path = zigzag(DIE, 6.0)
+    samples = path.sample()
+    up = samples.run == samples.run[-1]
+    assert np.ptp(samples.normal[up], axis=0).max() < 1e-12
+    over = next(k for k in range(samples.run[-1]) if not samples.contact[samples.run == k].any() and k > 0)
+    assert samples.clearance[samples.run == over + 1][0] == pytest.approx(20.0)
+    assert np.linalg.norm(samples.normal, axis=1) == pytest.approx(1.0)
+
+
+def test_metrics_count_the_trimmed_area():
+    """The hole is not covered, and does not count; on the surface around it gaps are those of the passes."""
+    path = zigzag(ROUND, 2.0)
+    found = path.metrics(1.5)
+    assert found.coverage == pytest.approx(1.0, abs=2e-3) and found.length == path.contact_length
+    assert found.largest_gap < 4.4 and found.cell_area_cv is None
+    assert path.pitch == pytest.approx(ROUND.area / path.contact_length)
+    assert zigzag(FLAT, 6.0, lift=Lift()).metrics(4.0) == zigzag(FLAT, 6.0).metrics(4.0)
+
+
+def test_nodes_of_a_hilbert_curve_outside_are_dropped():
+    path = hilbert(DIE, 4)
+    away = np.hypot(*(on_work(path)[:, :2] - 25.0).T)
+    whole = hilbert(DIE.surface, 4)
+    kept = np.hypot(*(whole.points[:, :2] - 25.0).T) > 8.0
+    assert away.min() > 7.99 and len(path.nodes) <= kept.sum() and len(path.nodes) > 0.9 * kept.sum()
+    assert {tuple(node) for node in path.nodes} <= {tuple(node) for node in whole.nodes}
+    assert hilbert(Patch(FLAT), 3) == hilbert(FLAT, 3)
+
+
+def across(one, other):
+    return one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0]
+
+
+@settings(max_examples=8)
+@given(
+    st.lists(st.tuples(st.floats(0.15, 0.85), st.floats(0.15, 0.85)), min_size=3, max_size=3, unique=True),
+    st.floats(3.0, 6.0),
+)
+def test_around_any_triangle(corners, pitch):
+    """All samples on the work are outside of a triangular hole, by its three sides."""
+    a, b, c = np.array(corners)
+    turn = across(b - a, c - a)
+    if abs(turn) < 1e-3:
+        return
+    hole = np.array([a, b, c, a] if turn < 0 else [a, c, b, a])
+    path = zigzag(Patch(FLAT, [hole]), pitch)
+    uv = np.concatenate([piece.sample(per_leg=8).uv for piece in path.pieces])
+    ends, starts = hole[1:], hole[:-1]
+    side = across(ends - starts, uv[:, None] - starts) / np.linalg.norm(ends - starts, axis=1)
+    assert (side.max(axis=1) > -0.01 / 30).all()  # clockwise: outside is on the left of a side
+
+
+def test_a_path_is_a_value_and_turns_round():
+    path = zigzag(ROUND, 3.0)
+    assert decode(encode(path)) == path and hash(path) == hash(decode(encode(path)))
+    back = path.reversed()
+    assert back.length == pytest.approx(path.length) and back.reversed() == path
+    assert back.pieces[0].points[0] == pytest.approx(path.pieces[-1].points[-1])
+    assert repr(path).startswith("LiftedPath(zigzag, ")
+
+
+def test_a_path_with_lifts_is_drawn(pyplot):
+    assert zigzag(ROUND, 3.0).plot().axes
+
+
+REFUSED = [
+    (lambda: zigzag(ROUND, 2.0, mapping="geodesic"), "mapping must be another one than 'geodesic' on a trimmed patch"),
+    (lambda: zigzag(ROUND, 2.0, radius=0.5), "radius must be 0 on a trimmed patch; blended() rounds its corners (mm); got 0.5"),
+    (lambda: zigzag(ROUND, 2.0, margin=-1.0), "margin must be >= 0 (mm); got -1.0"),
+    (lambda: zigzag(ROUND, 2.0, margin=15.0), "surface must be wide enough for a path: its trimming leaves no part"),
+    (lambda: zigzag(ROUND, 2.0, lift=20.0), "lift must be a Lift; got 20.0"),
+    (lambda: zigzag([ROUND], 2.0), "surface must be a Surface or a Patch; got "),
+    (lambda: Lift(height=3.0), "height must be > 5, the rise of the arc (mm); got 3.0"),
+    (lambda: Lift(angle=90.0), "angle must be <= pi/2; units.deg(90) for degrees (rad); got 90.0"),
+    (lambda: Lift(height=0.02), "height must be in mm, some 20; units.m(...) for metres; got 0.02"),
+    (lambda: LiftedPath(ROUND, zigzag(FLAT, 3.0), starts=(0, 1)), "starts must be first nodes of pieces of two or more"),
+    (lambda: LiftedPath(Patch(nominal_surface()), zigzag(FLAT, 3.0)), "path must be on the surface of the patch; got "),
+    (lambda: LiftedPath(ROUND, zigzag(FLAT, 3.0), starts=(0, 9999)), "starts must be <= 98, two nodes before the last"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "words"), REFUSED)
+def test_refused_lifts(make, words):
+    with pytest.raises((ValueError, TypeError), match=re.escape(words)):
+        make()
+
+
+@pytest.fixture(scope="module")
+def motion():
+    path = zigzag(ROUND, 6.0, lift=Lift(height=10.0, radius=3.0, air_feed=60.0)).blended()
+    return plan(FinishingProblem(path, feed_rate=20.0))
+
+
+def test_a_motion_keeps_its_limits_in_the_air(motion):
+    assert motion.worst_violation.held and motion.error < 0.01
+    assert motion.feed_rate[motion.contact].max() == pytest.approx(20.0, rel=1e-6)
+    assert 20.0 < motion.feed_rate[~motion.contact].max() <= 60.0 * (1 + 1e-9)
+    assert not motion.contact[0] and not motion.contact[-1] and motion.contact.any()
+    told = motion.problem.path.at(motion.length).contact
+    assert np.array_equal(told, motion.contact)
+
+
+def test_a_motion_with_lifts_is_kept_in_a_file(motion, tmp_path):
+    motion.save(tmp_path / "motion.nc")
+    again = type(motion).from_file(tmp_path / "motion.nc")
+    assert np.array_equal(again.contact, motion.contact) and again.problem == motion.problem
+
+
+def test_the_controller_does_not_press_in_the_air(motion):
+    told = TorqueController(TorqueAxis(), motion, normal_force=1.0).reference
+    assert np.array_equal(told.torque > 0, motion.contact) and told.per_force.min() > 0
