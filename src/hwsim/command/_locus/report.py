@@ -46,7 +46,7 @@ def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[st
     if (known := finished & np.isfinite(converged)).any():
         yield summary_line("converged (s)", converged[known], ".2f")
     if not np.isfinite(converged).all():
-        yield summary_line(of_all("never converged", finished), 100.0 * np.isnan(converged), ".1f", 0.0)
+        yield summary_line("never converged (%)", 100.0 * np.isnan(converged), ".1f", 0.0)
 
 
 def _rates(log: "Log", plan: Any, job: Any, finished: Any) -> Iterator[str]:
