@@ -17,7 +17,9 @@ _POLL = 0.02  # s; chosen: below what an operator notices
 
 
 class Aborted(RuntimeError):  # noqa: N818  an outcome of the operator, not a fault
-    """A run was stopped and its machine made safe; `log` has the finished parts and the rows of the last one.
+    """A run was stopped, and its machine made safe, or the message says that this is not known.
+
+    `log` has the finished parts and the rows of the last one.
 
     Parameters
     ----------
