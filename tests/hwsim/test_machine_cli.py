@@ -32,7 +32,7 @@ def plan(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def machine():
-    with hwsim.serve(hwsim.PlungeGrinder(PROBLEM), ANY, security="none") as server:
+    with hwsim.serve(hwsim.PlungeGrinder(PROBLEM), ANY, security="none", timeout=5.0) as server:
         yield server
 
 

@@ -379,10 +379,12 @@ def test_refusals_before_anything_moves(axis):
         hwsim.run(behind(server), Drive(), live=live())
 
 
-def test_a_safe_command_other_than_the_machine_s_own_is_told(axis):
+def test_what_the_machine_s_own_watchdog_does_otherwise_is_told(axis):
     with served(axis) as server:
         plant = behind(server)
         assert plant.safe == axis.safe
+        with pytest.warns(UserWarning, match=r"deadline is longer than .* watchdog, 0.5 s, .*; got 2"):
+            hwsim.run(plant, Drive(lambda: {"stop": 1.0}, at=3), live=live(deadline=2.0))
         said = r"safe differs from .* own safe command, {'velocity': 0.0, 'stop': 1.0}; got {'velocity': 0.0}"
         with pytest.warns(UserWarning, match=said):
             hwsim.run(plant, Drive(lambda: {"stop": 1.0}, at=3), live=live(safe={"velocity": 0.0}))
