@@ -71,6 +71,7 @@ def test_after_a_cut_link_nobody_knows_until_the_machine_is_seen():
     assert one.trip[:2] == ("door open; the link was cut", "") and math.isnan(one.trip.delay)
     other = Forwarding({"stop": 1.0}, 50 * MS, 0)
     other.lost("the link was cut", 6 * MS)
+    other.lost("the link was cut", 7 * MS)
     assert other.trip[:2] == ("the link was cut", "") and math.isnan(other.trip.delay)
     assert other.poll(7 * MS) == {}
     other.helped_itself("no heartbeat", 506 * MS)

@@ -61,7 +61,7 @@ class Forwarding:
         """Note that a safe command does not arrive: nobody here knows what the machine does."""
         if self.trip is None:
             self.told(reason, "", now)
-        elif self.trip.by != "machine":
+        elif self.trip.by != "machine" and reason not in self.trip.reason:  # writer and reader tell it
             self.trip = Trip(f"{self.trip.reason}; {reason}", "", nan)
 
     def helped_itself(self, said: str, now: int) -> None:
