@@ -69,6 +69,11 @@ def test_after_a_cut_link_nobody_knows_until_the_machine_is_seen():
     assert one.poll(5 * MS) == {"stop": 1.0}
     one.lost("the link was cut", 6 * MS)
     assert one.trip[:2] == ("door open; the link was cut", "") and math.isnan(one.trip.delay)
+    same = Forwarding({"stop": 1.0}, 50 * MS, 0)
+    same.ask("the link was cut", "gate")  # that of the reader
+    assert same.poll(5 * MS) == {"stop": 1.0}
+    same.lost("the link was cut", 6 * MS)
+    assert same.trip[:2] == ("the link was cut", "")
     other = Forwarding({"stop": 1.0}, 50 * MS, 0)
     other.lost("the link was cut", 6 * MS)
     other.lost("the link was cut", 7 * MS)

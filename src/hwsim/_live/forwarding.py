@@ -61,8 +61,9 @@ class Forwarding:
         """Note that a safe command does not arrive: nobody here knows what the machine does."""
         if self.trip is None:
             self.told(reason, "", now)
-        elif self.trip.by != "machine" and reason not in self.trip.reason:  # writer and reader tell it
-            self.trip = Trip(f"{self.trip.reason}; {reason}", "", nan)
+        elif self.trip.by != "machine":
+            told = self.trip.reason
+            self.trip = Trip(told if reason in told else f"{told}; {reason}", "", nan)  # two may tell it
 
     def helped_itself(self, said: str, now: int) -> None:
         """Note that the machine was seen to have made itself safe."""
