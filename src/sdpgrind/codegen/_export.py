@@ -12,9 +12,11 @@ from sdpgrind.codegen._files.manifest import manifest, promise, text_of
 from sdpgrind.codegen._files.selftest import selftest
 from sdpgrind.codegen._files.shell import CSource, source_of
 from sdpgrind.codegen._files.vectors import Vectors, vectors_of
+from sdpgrind.codegen._fmi import archive
+from sdpgrind.codegen._fmi.unit import unit_files
 from sdpgrind.codegen._recipe import Recipe, c_name
 
-TARGETS = ("c99",)
+TARGETS = ("c99", "fmi2")
 
 
 def export(
@@ -42,12 +44,13 @@ def export(
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
-    target : {"c99"}
-        Language.
+    target : {"c99", "fmi2"}
+        C99 in a folder, or an FMU of FMI 2.0 for co-simulation around it: `path` is then a file that ends in
+        ``.fmu``.
     name : str, optional
-        Prefix of files, types and functions. Default: the name of the folder.
+        Prefix of files, types and functions. Default: the name of the folder, or of the FMU.
     overwrite : bool
-        Whether another export in the folder is replaced. It stays until the new one is complete.
+        Whether another export there is replaced. It stays until the new one is complete.
 
     Returns
     -------
@@ -62,7 +65,7 @@ def export(
         When a kernel is outside the subset that is translated (file, line, construct and what to write
         instead), a name is no identifier of C, or the folder holds something else.
     FileExistsError
-        When the folder holds another export and `overwrite` is False.
+        When `path` holds another export and `overwrite` is False.
 
     Examples
     --------
@@ -78,13 +81,17 @@ def export(
     same bits where the C library computes log, pow and expm1 as that of this computer; the self-test tells
     """
     checks.one_of("target", target, TARGETS)
-    recipe, folder = recipe_of(thing), checks.path("path", path)
-    check_free(folder, overwrite)
-    prefix = c_name("name", folder.name if name is None else name)
+    recipe, place = recipe_of(thing), checks.path("path", path)
+    unit = target == "fmi2"
+    (archive.check_free if unit else check_free)(place, overwrite)
+    prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
     source, vectors = source_of(recipe, prefix, __version__), vectors_of(recipe)
     files = files_of(recipe, prefix, source, vectors)
-    write_folder(folder, files, overwrite)
-    return Exported.of(folder, recipe)
+    if unit:
+        archive.write_archive(place, unit_files(recipe, prefix, __version__, files), overwrite)
+    else:
+        write_folder(place, files, overwrite)
+    return Exported.of(place, recipe)
 
 
 def recipe_of(thing: Any) -> Recipe:

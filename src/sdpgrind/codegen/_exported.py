@@ -8,6 +8,7 @@ from typing import Any, Self
 
 from sdpgrind.base import checks
 from sdpgrind.base.rng import Seed
+from sdpgrind.codegen._fmi.archive import export_folder
 from sdpgrind.codegen._proof.check import LEVELS, ExportCheck, checked
 from sdpgrind.codegen._proof.controller import CompiledController
 from sdpgrind.codegen._recipe import Recipe
@@ -20,7 +21,7 @@ class Exported:
     Attributes
     ----------
     path : Path
-        Folder.
+        Folder, or FMU.
     manifest : mapping
         Content of ``manifest.json``.
     recipe : Recipe
@@ -33,16 +34,17 @@ class Exported:
 
     @classmethod
     def of(cls, path: Path, recipe: Recipe) -> Self:
-        """Return the export in a folder, of a recipe; units (mm, s, N) are those of the recipe.
+        """Return the export in a folder or an FMU; units (mm, s, N) are those of the recipe.
 
         Parameters
         ----------
         path : Path
-            Folder.
+            Folder, or FMU.
         recipe : Recipe
             What was exported.
         """
-        return cls(path, json.loads((path / "manifest.json").read_text(encoding="utf-8")), recipe)
+        with export_folder(path) as folder:
+            return cls(path, json.loads((folder / "manifest.json").read_text(encoding="utf-8")), recipe)
 
     @property
     def promise(self) -> str:
@@ -53,7 +55,8 @@ class Exported:
     def size(self) -> int:
         """Size of header and source, bytes."""
         name = self.manifest["name"]
-        return sum((self.path / f"{name}{ending}").stat().st_size for ending in (".h", ".c"))
+        with export_folder(self.path) as folder:
+            return sum((folder / f"{name}{ending}").stat().st_size for ending in (".h", ".c"))
 
     def check(
         self,
@@ -93,7 +96,8 @@ class Exported:
         """
         checks.count("states", states)
         name = str(self.manifest["name"])
-        return checked(self.recipe, self.path, name, states, tuple(compilers), tuple(levels), rng)
+        with export_folder(self.path) as folder:
+            return checked(self.recipe, folder, name, states, tuple(compilers), tuple(levels), rng)
 
     def controller(self, compiler: str = "gcc") -> CompiledController:
         """Return a controller whose `step` runs the C (mm, s, N): the first half of hardware in the loop.
@@ -108,4 +112,5 @@ class Exported:
         ValueError
             When the compiler is not found.
         """
-        return CompiledController(self.recipe, self.path, str(self.manifest["name"]), compiler)
+        with export_folder(self.path) as folder:
+            return CompiledController(self.recipe, folder, str(self.manifest["name"]), compiler)

@@ -6,6 +6,7 @@ from finishing_inside import LimitedRun, double_s_law, fastest_law, interior, je
 from timing_paths import ARM, SMOOTH, dense, line, part, wavy
 
 from sdpgrind.finishing.timing import JointLimits, JointPath, Trapezoid, time_laws, worst_violation
+from sdpgrind.finishing.timing._time_law import integrated
 
 SHORT = [part(wavy(seed), 8.0, 8.0 + span) for seed, span in ((0, 0.2), (1, 1.6), (2, 3.2), (3, 5.0))]
 
@@ -160,3 +161,12 @@ def test_where_no_law_is_found_seven_pieces_come_with_a_status(monkeypatch):
     law = fastest(run, SMOOTH)
     assert law.length.size <= 7 and worst_violation([run], [law], limits=SMOOTH, feed_rate=25.0).held
     assert law.status == "no jerk-limited law was found (no step was found); this law has seven pieces"
+
+
+def test_nodes_rise_where_a_coarse_law_goes_back():
+    """As on passes with corners of a few um: the feed between two nodes fell below 0, and no law was found."""
+    feed = np.array([0.0, 1.0, -0.5, 1.0, 0.8, 0.4, 0.0])
+    law = integrated(0.0, np.full(6, 0.1), np.diff(feed) / 0.1, np.zeros(6))
+    assert np.any(np.diff(law.at(np.linspace(0.0, 0.6, 601)).length) < 0)
+    nodes = jerk_limited._nodes(law, np.ones((4, 2)), 0.01)
+    assert np.all(np.diff(nodes) > 0) and (nodes[0], nodes[-1]) == (0.0, law.end)

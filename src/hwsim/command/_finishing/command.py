@@ -67,10 +67,23 @@ on after the last finished part, with the results that it would have had; a fini
         if arguments.study:
             if arguments.program is not None:
                 raise ValueError(f"--program must be left out with --study; got {arguments.program}")
+            refuse_face_on(job)
             return studied(title, job, arguments)
         if arguments.confirm is not None:
             raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
-        return None if arguments.program is None else programmed(self, title, job, arguments)
+        if arguments.program is None:
+            refuse_face_on(job)
+            return None
+        return programmed(self, title, job, arguments)
+
+
+def refuse_face_on(job: "Job") -> None:
+    """Refuse to finish with a tool that no torque of its motor presses."""
+    if job.problem.face_on:
+        raise ValueError(
+            "tool.contact_angle must be < 90 deg, as no torque of the axis presses a tool that is face-on;"
+            " its motion can be written as a program: --program"
+        )
 
 
 def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namespace) -> str:

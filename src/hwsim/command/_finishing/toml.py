@@ -10,6 +10,7 @@ import numpy as np
 
 from hwsim._study.study import UNITS
 from hwsim.command._finishing.robot_toml import robot_of
+from hwsim.command._finishing.surface_toml import path_of, surface_of
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.command.base import StandJob
@@ -18,6 +19,7 @@ from sdpgrind import finishing
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import units_of
 from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField
+from sdpgrind.finishing.path import LiftedPath
 
 NORMAL_FORCE = 1.111  # default force, N; source: the middle level of Wang and Jan (2001)
 KIND = "lqg"  # default controller
@@ -29,7 +31,14 @@ _METHODS = ("trapezoid", "toppra", "min_time")
 
 
 @dataclass(frozen=True)
-class Job(StandJob[FinishingCell]):
+class FaceOn:
+    """What a tool that no torque axis presses leaves of a cell: the motion, for a program."""
+
+    problem: finishing.FinishingProblem
+
+
+@dataclass(frozen=True)
+class Job(StandJob[FinishingCell | FaceOn]):
     """A cell, method of its motion, settings of its controller, and options of a study and a program."""
 
     method: str = "trapezoid"
@@ -38,6 +47,7 @@ class Job(StandJob[FinishingCell]):
 
     def controller(self, plan: finishing.Motion) -> finishing.TorqueController:
         """Controller of every part."""
+        assert isinstance(self.stand, FinishingCell)  # the command refuses others
         return finishing.TorqueController(
             self.stand.torque_axis,
             plan,
@@ -57,20 +67,22 @@ def read(path: Path) -> Job:
 
 
 def _job(file: Table, folder: Path) -> Job:
-    surface = _surface(file.table("surface"))
-    path = _path(surface, file.table("path"))
+    surface = surface_of(file.table("surface"), folder)
+    path = path_of(surface, file.table("path"))
     tool = file.maybe("tool")
     robot = robot_of(file.table("robot"), folder) if file.has("robot") else None
     problem = _problem(path, tool, robot)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
+    program = _program(file.maybe("program"))
+    if problem.face_on:
+        return Job(FaceOn(problem), method=method, program=program)
     controller = file.maybe("controller")
     settings = _settings(controller)
     force = settings.pop("normal_force")
     axis = _axis(problem, file.maybe("axis"))
     controller.made(_check_force, problem, axis, force)
     cell = _cell(problem, {"axis": axis, "target_force": force}, file.maybe("cell"))
-    study, program = _study(file.maybe("study")), _program(file.maybe("program"))
-    return Job(cell, settings, method, study, program)
+    return Job(cell, settings, method, _study(file.maybe("study")), program)
 
 
 def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis, force: float) -> None:
@@ -87,38 +99,9 @@ def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis
         )
 
 
-def _surface(table: Table) -> finishing.Surface:
-    """A preset surface, a flat one, or one of given control points."""
-    if table.has("control_points"):
-        points = table.take("control_points")
-        options: dict[str, Any] = {}
-        if table.has("degree"):
-            options["degree"] = tuple(table.take("degree"))
-        surface = table.made(finishing.Surface.bspline, points, **options)
-    elif table.text("shape", ("flat", *(info.name for info in finishing.presets()))) == "flat":
-        surface = table.made(finishing.surface.flat_surface, table.number("side", "mm"))
-    else:
-        surface = finishing.preset(table.take("shape")).surface
-    table.done()
-    return surface
-
-
-def _path(surface: finishing.Surface, table: Table) -> finishing.Path:
-    """A Hilbert curve of an order or a zigzag of a pitch; rounded corners where a deviation is given."""
-    pattern = table.text("pattern", ("hilbert", "zigzag"))
-    options = {key: table.take(key) for key in ("mapping", "along") if table.has(key)}
-    if pattern == "hilbert":
-        path = table.made(finishing.hilbert, surface, table.take("order"), **options)
-    else:
-        options |= table.given({"radius": "mm"})
-        path = table.made(finishing.zigzag, surface, table.number("pitch", "mm"), **options)
-    if table.has("deviation"):
-        path = table.made(path.blended, table.number("deviation", units_of(finishing.Path)["deviation"]))
-    table.done()
-    return path
-
-
-def _problem(path: finishing.Path, table: Table, robot: finishing.Robot | None) -> finishing.FinishingProblem:
+def _problem(
+    path: finishing.Path | LiftedPath, table: Table, robot: finishing.Robot | None
+) -> finishing.FinishingProblem:
     options = table.values(finishing.FinishingProblem, skip=("path", "model", "robot"))
     units = units_of(finishing.FinishingProblem)
     radius = table.given({"wrist_radius": units_of(finishing.Arm)["wrist_radius"]})

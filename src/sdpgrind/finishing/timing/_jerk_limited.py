@@ -135,6 +135,8 @@ def _nodes(law: TimeLaw, used: Floats, step: float) -> Floats:
     count = np.concatenate([[0.0], np.cumsum(np.diff(knots) * density / step)])
     whole = int(np.ceil(count[-1]))
     nodes = law.at(np.interp(np.arange(whole + 1) * count[-1] / whole, count, knots)).length - law.length[0]
+    # On a coarse mesh the feed may fall below 0 within an interval, and places go back.
+    nodes = np.clip(np.maximum.accumulate(nodes), 0.0, law.end - law.length[0])
     nodes[0], nodes[-1] = 0.0, law.end - law.length[0]
     kept: Floats = nodes[_distinct(nodes)]
     return kept

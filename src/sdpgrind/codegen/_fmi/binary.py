@@ -1,0 +1,29 @@
+"""Binary of an FMU for this computer."""
+
+import platform
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from sdpgrind.codegen._proof import compilers
+
+COMPILER = "gcc"
+FOLDER = "binaries/linux64"
+_FLAGS = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s", "-Wl,--build-id=none")
+"""Only functions of the standard are seen from outside: two FMUs in a process have equal names inside."""
+
+
+def binary_of(name: str, sources: Mapping[str, bytes]) -> tuple[bytes | None, str]:
+    """Return the shared library of the sources, or None and why there is none."""
+    if sys.platform != "linux" or platform.machine() != "x86_64":
+        return None, "binaries are built on Linux (x86-64) alone"
+    if compilers.found((COMPILER,))[1]:
+        return None, f"{COMPILER} was not found on this computer"
+    with tempfile.TemporaryDirectory() as kept:
+        folder = Path(kept)
+        for file, content in sources.items():
+            (folder / file).write_bytes(content)
+        units = [folder / file for file in sorted(sources) if file.endswith(".c")]
+        compilers.compiled(COMPILER, units, folder / f"{name}.so", *_FLAGS)
+        return (folder / f"{name}.so").read_bytes(), ""

@@ -1,0 +1,100 @@
+"""``hwsim finishing`` on a face of a user's file: STEP faces, regions of scans, lifts, tools that are face-on."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli_fakes import only_news, without_news
+
+import sdpgrind
+from hwsim.cli import main
+from hwsim.command._finishing.toml import read
+
+FACE = """
+method = "trapezoid"
+[surface]
+file = "{file}"
+{face}
+[path]
+pattern = "zigzag"
+pitch = "12 mm"
+[path.lift]
+height = "15 mm"
+[robot]
+preset = "ur10"
+tool_length = "150 mm"
+[tool]
+contact_angle = "{angle} deg"
+placement = [650, -25, 100]
+"""
+STEP = Path(__file__).parents[1] / "data" / "step"
+
+
+def said(capsys, *arguments):
+    assert main(["finishing", *map(str, arguments)]) == 0
+    out, error = capsys.readouterr()
+    assert only_news(error)
+    return out
+
+
+def refused(capsys, *arguments):
+    assert main(["finishing", *map(str, arguments)]) == 2
+    return without_news(capsys.readouterr().err).removeprefix("hwsim: ")
+
+
+@pytest.mark.parametrize("angle", [30, 90])
+def test_a_face_of_a_step_file_becomes_a_program(angle, capsys, tmp_path):
+    """Also by a tool that is face-on, which no torque axis presses."""
+    shutil.copy(STEP / "nominal_hole.step", tmp_path / "part.step")
+    job = tmp_path / "job.toml"
+    job.write_text(FACE.format(file="part.step", face="", angle=angle))
+    folder = tmp_path / "out"
+    assert "read back" in said(capsys, job, "--program", "urscript", "--out", folder)
+    motion = sdpgrind.load(folder / "motion.nc")
+    assert len(motion.problem.path.pieces) > 1 and motion.problem.path.lift.height == 15.0
+    assert motion.problem.face_on == (angle == 90)
+
+
+def test_a_tool_that_is_face_on_finishes_nothing(capsys, tmp_path):
+    shutil.copy(STEP / "nominal.step", tmp_path / "part.step")
+    job = tmp_path / "job.toml"
+    job.write_text(FACE.format(file="part.step", face="", angle=90))
+    told = "tool.contact_angle must be < 90 deg, as no torque of the axis presses a tool that is face-on"
+    assert refused(capsys, job).startswith(told) and refused(capsys, job, "--study").startswith(told)
+
+
+def test_a_region_of_a_scan_is_the_surface(tmp_path):
+    x, y = np.meshgrid(np.linspace(0, 20, 15), np.linspace(0, 20, 15))
+    np.savetxt(tmp_path / "scan.xyz", np.column_stack([x.ravel(), y.ravel(), 0.2 * x.ravel()]))
+    job = tmp_path / "job.toml"
+    region = "[surface.region]\nbox = [[-1, -1, -1], [21, 21, 5]]"
+    job.write_text(FACE.format(file="scan.xyz", face=region, angle=30).replace("12 mm", "6 mm"))
+    patch = read(job).problem.path.patch
+    assert patch.fit.error < 1e-3 and patch.area == pytest.approx(400 * 1.04**0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("file", "face", "told"),
+    [
+        (
+            "two_holes.step",
+            "face = 3",
+            r"surface.face must be the number of one of the faces \(0: .* mm\^2\); got 3",
+        ),
+        ("plate_metre.step", "", r"surface.face must be the number of one of the faces \(0: .*; got None"),
+        (
+            "nominal.step",
+            "[surface.region]\nseed = [0, 0, 0]",
+            r"\[surface\] region must be None for a STEP file",
+        ),
+        ("nothing.step", "", "nothing.step"),
+    ],
+)
+def test_refused_faces_of_a_job(file, face, told, tmp_path):
+    if (STEP / file).exists():
+        shutil.copy(STEP / file, tmp_path / file)
+    job = tmp_path / "job.toml"
+    job.write_text(FACE.format(file=file, face=face, angle=30))
+    with pytest.raises((ValueError, OSError), match=told):
+        read(job)
