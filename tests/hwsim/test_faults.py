@@ -328,6 +328,7 @@ KNOWN = "x, y, clock, noise"
         (lambda: faults.Late(COUNTER, share=1.5), ValueError, r"share must be in \[0, 1\]; got 1.5"),
         (lambda: faults.Late(COUNTER, at=[1, -2]), ValueError, r"at must be >= 0; got -2"),
         (lambda: faults.Late(COUNTER, at=[0, 3]), ValueError, "at must be >= 1: sample 0 has none before it; got 0"),
+        (lambda: faults.Late(COUNTER, at=[]), ValueError, r"at must be at least one sample; got \[\]"),
         (lambda: faults.Late(COUNTER, at=0.5), TypeError, r"at must be a whole number; got 0.5"),
         (lambda: faults.Late(COUNTER, at="1"), TypeError, r"at must be a whole number; got '1'"),
         (lambda: faults.Stuck(COUNTER, at=-1), ValueError, r"at must be >= 0; got -1"),

@@ -228,7 +228,7 @@ def test_a_server_closes_the_connections_of_its_clients_while_the_link_is_cut():
         plant = hwsim.OpcuaPlant(server.url, security="none")
         with pytest.raises(hwsim.Aborted, match=r"the link to opc\.tcp://.* was cut") as told:
             hwsim.run(plant, Drive(), live=live())
-        assert told.value.log.outcome.safe_by.values == ["machine"]
+        assert told.value.log.outcome.safe_by.values == [""]
         until = time.monotonic() + 20.0
         while not server.state["aborts"] and time.monotonic() < until:
             time.sleep(0.02)
@@ -265,7 +265,7 @@ def test_a_clock_that_jumps_shifts_the_time_stamps_of_the_server():
             return super().step(**measured)
 
     seen = []
-    with served(faults.ClockJump(Axis(length=60.0), at=0.1, by=-86400.0)) as server:
+    with served(faults.ClockJump(Axis(length=60.0), at=0.1, by=-86400.0), timeout=5.0) as server:
         plant = hwsim.OpcuaPlant(server.url, security="none")
         hwsim.run(plant, Asking(lambda: {"stop": 1.0}, at=25), live=live(deadline=5.0))
     (told, part_time) = seen[-1]

@@ -278,10 +278,25 @@ def test_a_broken_transaction_is_undone_in_a_copy(path):
     assert killed.read_bytes() == before
 
 
+@pytest.mark.parametrize("lost", [100, 4096, 8192])
+def test_the_parts_before_a_lost_end_are_salvaged(tmp_path, lost, capsys):
+    path, good = tmp_path / "run.db", tmp_path / "good.db"
+    whole = hwsim.run(noisy_tank(), Drain(), parts=30, rng=3, journal=path)
+    with path.open("r+b") as file:
+        file.truncate(path.stat().st_size - lost)
+    assert main(["verify", str(path), "--salvage", str(good)]) == 3
+    assert "no part of it" not in capsys.readouterr().out
+    with hwsim.Journal(good) as journal:
+        log = journal.log()
+    assert 0 < len(log) <= 30 and np.array_equal(log.outcome.time, whole.outcome.time[: len(log)])
+
+
 def test_salvage_refuses_what_it_cannot_do(path, capsys):
     target = path.with_name("good.db")
     assert main(["verify", str(path), "--salvage", str(target)]) == 0
-    assert not target.exists() and "journal of 5 parts, as it was written" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert not target.exists() and "journal of 5 parts, as it was written" in out
+    assert out.endswith(f"{target}: not written, since no damage of {path} is known\n")
     change(path, "DELETE FROM part WHERE number = 4")
     target.write_text("mine")
     assert main(["verify", str(path), "--salvage", str(target)]) == 2

@@ -25,6 +25,7 @@ from live_fakes import (
 
 import hwsim
 from hwsim._loop.loop import run
+from hwsim._report.releases import missed_releases
 from sdpgrind import DamagedFileError, plunge, weldbead
 
 SAFE = {"close": 1.0}
@@ -144,6 +145,14 @@ def test_missed_releases_are_counted_and_their_log_replays():
     assert float(log.outcome.overruns[0]) == table.overrun.sum()
     assert float(log.outcome.longest_step[0]) >= 2.4 * PERIOD
     assert hwsim.run(hwsim.Recording(log), Drain(10.0, PERIOD)).outcome.same.all()
+    steps = np.isfinite(table.overrun.values)
+    told = (
+        f"{table.overrun.values[steps].sum():.0f} of {(table.overrun.values + 1.0)[steps].sum():.0f} releases"
+    )
+    assert missed_releases(log) == (
+        f"{told} missed; the latest step began {1e3 * np.nanmax(table.release_delay):.0f} ms after its release"
+    )
+    assert missed_releases(hwsim.run(TANK, Drain(10.0, PERIOD))) == ""
 
 
 def test_a_late_command_takes_effect_when_it_came():
@@ -577,10 +586,12 @@ def test_a_stop_within_a_pass_lifts_the_wheel():
         ({"safe": SAFE, "deadline": 0.0}, r"deadline must be > 0 \(s\)"),
         ({"safe": SAFE, "overruns": "ignore"}, "overruns must be one of"),
         ({"safe": SAFE, "stuck": {"level": 1}}, r"stuck\['level'\] must be"),
+        ({"safe": SAFE, "stuck": ["level"]}, r'stuck must be a Mapping, such as {"size": 20}; got .*level'),
+        ({"safe": SAFE, "shadow": True}, "safe must not be given in shadow, where nothing is written"),
     ],
 )
 def test_wrong_options(options, said):
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises((ValueError, TypeError), match=said):
         hwsim.Live(**options)
 
 
@@ -591,6 +602,7 @@ def test_wrong_options(options, said):
             {"live": hwsim.Live(safe={"stop": 1.0})},
             "safe must be of commands that the plant accepts: flow, close; got 'stop'",
         ),
+        ({"live": True}, r"live must be a Live: hwsim.Live\(safe=...\); got True"),
         ({"live": hwsim.Live(shadow=True)}, "live must not be in shadow on a simulated Tank"),
         ({"live": hwsim.Live(safe=SAFE, stuck={"size": 20})}, "stuck must be of measurements of the plant"),
         ({"live": hwsim.Live(safe=SAFE, stuck={"level": 20})}, "stuck must not be given on a simulated Tank"),

@@ -1,5 +1,6 @@
 """Release grid and forwarding of commands, worked out by hand; times in ms."""
 
+import math
 from fractions import Fraction
 
 import pytest
@@ -62,15 +63,25 @@ def test_commands_are_forwarded_while_they_are_young_then_the_safe_one_then_noth
     assert rule.trip.delay == pytest.approx(0.051)
 
 
-def test_a_safe_command_that_a_cut_link_took_along_is_the_machines():
+def test_after_a_cut_link_nobody_knows_until_the_machine_is_seen():
     one = Forwarding({"stop": 1.0}, 50 * MS, 0)
     one.ask("door open", "link")
     assert one.poll(5 * MS) == {"stop": 1.0}
     one.lost("the link was cut", 6 * MS)
-    assert one.trip == ("door open; the link was cut", "machine", 0.005)
+    assert one.trip[:2] == ("door open; the link was cut", "") and math.isnan(one.trip.delay)
+    same = Forwarding({"stop": 1.0}, 50 * MS, 0)
+    same.ask("the link was cut", "gate")  # that of the reader
+    assert same.poll(5 * MS) == {"stop": 1.0}
+    same.lost("the link was cut", 6 * MS)
+    assert same.trip[:2] == ("the link was cut", "")
     other = Forwarding({"stop": 1.0}, 50 * MS, 0)
     other.lost("the link was cut", 6 * MS)
-    assert other.trip == ("the link was cut", "machine", 0.006) and other.poll(7 * MS) == {}
+    other.lost("the link was cut", 7 * MS)
+    assert other.trip[:2] == ("the link was cut", "") and math.isnan(other.trip.delay)
+    assert other.poll(7 * MS) == {}
+    other.helped_itself("no heartbeat", 506 * MS)
+    said = "the link was cut; the machine made itself safe: no heartbeat"
+    assert other.trip == (said, "machine", 0.506)
 
 
 def test_waiting_is_life():
@@ -83,6 +94,14 @@ def test_waiting_is_life():
     assert not rule.alive(411 * MS)
 
 
+def test_a_slow_computer_is_told_from_a_slow_step():
+    for waits, said in ((False, ""), (True, ", which waited: not its step but this computer was slow")):
+        rule = Forwarding(SAFE, 50 * MS, 0)
+        rule.waits = waits
+        assert rule.poll(51 * MS) == SAFE
+        assert rule.trip.reason == f"no sign of the controller for more than 50 ms{said}"
+
+
 def test_changes_handed_between_two_polls_are_joined():
     rule = Forwarding(SAFE, 50 * MS, 0)
     rule.hand({"rate": 1.0, "speed": 5.0}, MS)
@@ -91,8 +110,8 @@ def test_changes_handed_between_two_polls_are_joined():
     assert rule.poll(3 * MS) == {}
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), [1.0, float("nan")]])
-def test_what_is_not_finite_is_never_forwarded(value):
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), [1.0, float("nan")], "0.01", None, 1j])
+def test_what_is_no_finite_number_is_never_forwarded(value):
     rule = Forwarding(SAFE, 50 * MS, 0)
     rule.hand({"rate": value}, MS)
     assert rule.poll(2 * MS) == SAFE

@@ -13,7 +13,9 @@ from cli_fakes import without_news
 
 import hwsim
 import sdpgrind
+from hwsim._loop import loop
 from hwsim.cli import main
+from hwsim.command._run_folder import RunFolder
 from sdpgrind import plunge
 
 PROBLEM = plunge.preset("simulation").replace(stock=0.02)  # mm; a short part
@@ -30,7 +32,7 @@ def plan(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def machine():
-    with hwsim.serve(hwsim.PlungeGrinder(PROBLEM), ANY, security="none") as server:
+    with hwsim.serve(hwsim.PlungeGrinder(PROBLEM), ANY, security="none", timeout=5.0) as server:
         yield server
 
 
@@ -64,14 +66,19 @@ def test_a_part_on_a_machine_is_kept_and_reported(plan, machine, tmp_path, capsy
     assert main(["verify", str(folder / "run.db"), str(folder / "report.html")]) == 0
 
 
-def test_an_aborted_part_is_reported_and_the_status_is_1(plan, machine, tmp_path, capsys):
+def test_a_signal_makes_safe_says_so_before_pictures_and_is_the_status(
+    plan, machine, tmp_path, capsys, monkeypatch
+):
     folder = tmp_path / "run"
     options = ["--plan", plan, "--machine", machine.url, *OPEN, "--safe", "retract=1", "--deadline", "2 s"]
     timer = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGTERM))
     timer.start()
-    out, error = said(capsys, 1, *options, "--parts", 100, "--out", folder, "--no-pictures")
+    told, keep = [], RunFolder.keep
+    monkeypatch.setattr(RunFolder, "keep", lambda *a: told.append(capsys.readouterr().err) or keep(*a))
+    out, error = said(capsys, 143, *options, "--parts", 100, "--out", folder, "--no-pictures")
     timer.join()
-    assert "SIGTERM" in out and "hwsim: the part was aborted and the machine made safe: SIGTERM" in error
+    assert "SIGTERM" in out and error == ""
+    assert "hwsim: part 0 was aborted and the machine made safe: SIGTERM" in told[0]
     with hwsim.Journal(folder / "run.db") as journal:
         log = journal.log()
     np.testing.assert_array_equal(log.outcome.aborted.values[-1:], [1.0])
@@ -135,6 +142,16 @@ def test_wrong_options_of_a_machine(machine, capsys):
     assert "--deadline must have a unit like s" in refused(
         capsys, *at, "--safe", "retract=1", "--deadline", "5 mm"
     )
+
+
+def test_the_clock_of_a_run_is_chosen_on_the_command_line(plan, machine, capsys, monkeypatch):
+    seen = []
+    run = loop.run
+    monkeypatch.setattr(loop, "run", lambda *a, live, **k: seen.append(live) or run(*a, live=live, **k))
+    options = ["--machine", machine.url, *OPEN, "--safe", "retract=1", "--deadline", "2 s"]
+    said(capsys, 0, "--plan", plan, *options, "--stale", "3000 ms", "--overruns", "count")
+    assert (seen[0].stale, seen[0].overruns) == (3.0, "count")
+    assert refused(capsys, "--stale", "1 s") == "--stale needs --machine"
 
 
 def test_without_a_server_the_status_is_that_of_the_environment(capsys):

@@ -70,7 +70,10 @@ def test_an_observer_reads_and_does_not_command(server, keys):
 def test_a_user_that_is_not_known_is_refused(keys, user):
     with hwsim.serve(Axis(), ANY, security=keys, users=USERS) as own, pytest.raises(PermissionError) as error:
         hwsim.OpcuaPlant(own.url, security=keys, user=user)
-    assert str(error.value) == f"user must be one that {own.url} knows, with its password"
+    assert str(error.value) == (
+        f"user must be one that {own.url} knows, with its password; "
+        "after too many failed logins from this address none is let in for a minute"
+    )
 
 
 def test_after_five_failed_logins_an_address_waits(keys):
@@ -176,11 +179,20 @@ def test_files_that_are_no_keys(keys, tmp_path):
         _keys.read_keys(tmp_path / "nowhere")
 
 
+def test_no_password_of_a_url_stands_in_a_message():
+    with pytest.raises(ValueError) as error:
+        hwsim.serve(Axis(), "opc.tcp://user:battery@127.0.0.1", security="none")
+    assert str(error.value) == "url must be such as opc.tcp://127.0.0.1:4840; got 'opc.tcp://...@127.0.0.1'"
+
+
 @pytest.mark.parametrize(
     ("users", "said"),
     [
         (None, 'users must be passwords by name: {"operator": ...}; got None'),
-        ({"observer": "x"}, 'users must be passwords by name: {"operator": ...}'),
+        (
+            {"observer": "battery"},
+            "users must be passwords by name: {\"operator\": ...}; got names ['observer']",
+        ),
         ({"operator": "x", "root": "y"}, "a name in users must be one of observer, operator; got 'root'"),
         ({"operator": ""}, "users['operator'] must be a password, a text that is not empty"),
     ],

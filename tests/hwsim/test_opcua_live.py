@@ -6,6 +6,7 @@ Nothing is timed here; benchmarks/opcua.py measures how fast it is.
 import asyncio
 import threading
 import time
+from decimal import Decimal
 from math import nan
 from typing import ClassVar
 
@@ -17,10 +18,11 @@ from opcua_fakes import Axis, Cable, Drive, live, served
 import hwsim
 import sdpgrind
 from hwsim._live.forwarding import Forwarding
+from hwsim.opcua import _begin
 from hwsim.opcua._live_part import Watch
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._remote import Remote
-from hwsim.opcua._sample import ReadSample, read_number
+from hwsim.opcua._sample import ReadSample, checked, read_number
 from hwsim.opcua._space import URI
 
 
@@ -80,7 +82,17 @@ def loop(seconds):
             "ValueError: velocity must be in [-10, 10] (mm/s); got 50.0",
             "runner",
         ),
-        (lambda: {"stop": np.array([1.0, nan])}, "stop must be a finite number", "link"),
+        (lambda: {"stop": np.array([1.0, nan])}, "ValueError: stop[1] must be finite; got nan", "runner"),
+        (
+            lambda: {"velocity": "0.01"},
+            "TypeError: velocity must be a number (mm/s); got '0.01'",
+            "runner",
+        ),
+        (
+            lambda: {"velocity": Decimal("0.01")},
+            "TypeError: velocity must be a number (mm/s); got Decimal('0.01')",
+            "runner",
+        ),
         (lambda: time.sleep(0.4) or {}, "no sign of the controller for more than 100 ms", "link"),
         (lambda: loop(0.4), "no sign of the controller for more than 100 ms", "link"),
         (lambda: (_ for _ in ()).throw(KeyboardInterrupt), "KeyboardInterrupt", "runner"),
@@ -95,6 +107,23 @@ def test_whatever_goes_wrong_the_safe_command_comes_first_and_nothing_after(odd,
     assert reason in outcome.abort_reason.values[0]
     assert axis.told[-1][1] == axis.safe and not velocities_after_safe(axis)
     assert len(said.value.log["controller"].time) >= 4
+
+
+def test_a_command_goes_out_as_a_simulated_machine_takes_it():
+    for odd in ("0.01", Decimal("0.01"), 1j, np.array(0.01), True, None):
+        with pytest.raises(TypeError, match=r"velocity must be a number \(mm/s\); got "):
+            checked("velocity", odd, "mm/s")
+    for one in (1, np.float32(1.0), np.int64(1)):
+        assert type(checked("velocity", one, "mm/s")) is float
+    assert checked("path", [[1, 2], [3, 4]], "").tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
+def test_a_text_is_refused_in_lockstep_as_in_a_simulation(axis):
+    with (
+        pytest.raises(TypeError, match=r"velocity must be a number \(mm/s\); got '0.01'"),
+        served(axis, speed=None) as server,
+    ):
+        hwsim.run(behind(server), Drive(lambda: {"velocity": "0.01"}))
 
 
 def test_an_operator_aborts_from_another_thread():
@@ -227,13 +256,15 @@ def test_a_cut_link_ends_the_part_and_the_machine_makes_itself_safe():
         cable = Cable(int(server.url.rpartition(":")[2]))
         plant = hwsim.OpcuaPlant(cable.url, security="none")
         odd = Drive(lambda: cable.cut() or {"velocity": 3.0})
-        with pytest.raises(hwsim.Aborted, match=f"the link to {cable.url} was cut") as said:
+        told = f"part 0 was aborted, and it is not known whether the machine is safe: the link to {cable.url} was"
+        with pytest.raises(hwsim.Aborted, match=f"{told} cut; its own watchdog must .* within 0.2 s") as said:
             hwsim.run(plant, odd, live=live())
         until = time.monotonic() + 5
         while not server.state["aborts"] and time.monotonic() < until:
             time.sleep(0.01)
         assert server.state["aborted"] == "no heartbeat for more than 0.2 s"
-        assert said.value.log.outcome.safe_by.values.tolist() == ["machine"]
+        outcome = said.value.log.outcome
+        assert outcome.safe_by.values.tolist() == [""] and np.isnan(outcome.safe_delay.values).all()
         assert not velocities_after_safe(axis)
         short = Drive(lambda: {"stop": 1.0}, at=3)
         assert hwsim.run(plant, short, live=live()).outcome.stopped.values.tolist() == [
@@ -348,10 +379,26 @@ def test_refusals_before_anything_moves(axis):
         hwsim.run(behind(server), Drive(), live=live())
 
 
+def test_what_the_machine_s_own_watchdog_does_otherwise_is_told(axis):
+    with served(axis) as server:
+        plant = behind(server)
+        assert plant.safe == axis.safe
+        with pytest.warns(UserWarning, match=r"deadline is longer than .* watchdog, 0.5 s, .*; got 2"):
+            hwsim.run(plant, Drive(lambda: {"stop": 1.0}, at=3), live=live(deadline=2.0))
+        said = r"safe differs from .* own safe command, {'velocity': 0.0, 'stop': 1.0}; got {'velocity': 0.0}"
+        with pytest.warns(UserWarning, match=said):
+            hwsim.run(plant, Drive(lambda: {"stop": 1.0}, at=3), live=live(safe={"velocity": 0.0}))
+        plant.close()
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
         ({"speed": 0.0}, "speed must be > 0; got 0.0"),
+        (
+            {"timeout": 0.001, "speed": 2.0},
+            r"timeout must be >= a tick of the plant, 0.005 s at this speed \(s\); got 0.001",
+        ),
         ({"timeout": -1.0}, r"timeout must be > 0 \(s\); got -1.0"),
         ({"security": None}, "security must be a folder of certificates, which `hwsim keys FOLDER` makes"),
         ({"users": {"operator": "x"}}, 'users must be None with security="none"'),
@@ -428,6 +475,72 @@ def test_shadow_writes_nothing_and_logs_both_commands():
     assert log.outcome.aborted.values.tolist() == [0.0] and log.outcome.stopped.values.tolist() == [0.0]
     assert hwsim.run(hwsim.Recording(log), Drive()).outcome.same.values.tolist() == [1.0]
     assert all(not command.get("stop") for _, command in axis.told)
+
+
+def test_a_shadow_says_that_it_waits_and_a_stand_without_its_own_control_is_told(axis):
+    control, told = hwsim.Live(shadow=True), []
+
+    def progress(share, text):
+        told.append(text)
+        control.abort("nobody begins")
+
+    waiting = "waiting for the machine to begin a part; it has no control of its own, so another client must"
+    with served(axis) as server, pytest.raises(hwsim.Aborted, match="no part was begun: nobody begins"):
+        hwsim.run(behind(server), Drive(), live=control, progress=progress)
+    assert told == [f"{waiting} begin one"]
+
+
+def test_a_shadow_tells_commands_that_the_machine_would_refuse():
+    with served(Axis(length=0.4), controller=Drive()) as server:
+        said = r"the controller would be refused: velocity must be in \[-10, 10\] \(mm/s\); got 50"
+        with pytest.warns(UserWarning, match=said):
+            log = hwsim.run(behind(server), Drive(lambda: {"velocity": 50.0}), live=hwsim.Live(shadow=True))
+    assert log.outcome.aborted.values.tolist() == [0.0] and 50.0 in log["controller"].velocity_command
+
+
+def test_other_clients_see_no_command_of_the_part_before(axis):
+    async def shown(url):
+        async with Client(url) as client:
+            space = await client.get_namespace_index(URI)
+            await client.get_node(ua.NodeId("Axis", space)).call_method(
+                ua.NodeId("Axis.Start", space), ua.Variant(2, ua.VariantType.Int64), ""
+            )
+            node = client.get_node(ua.NodeId("Axis.Commands.stop", space))
+            while (value := await node.read_value()) == 1.0:
+                await asyncio.sleep(0.01)
+            return value
+
+    with served(axis, timeout=60.0) as server:
+        plant = behind(server)
+        hwsim.run(plant, Drive(lambda: {"stop": 1.0}, at=3), live=live())
+        plant.close()
+        assert np.isnan(asyncio.run(asyncio.wait_for(shown(server.url), 20.0)))
+
+
+def test_the_deadline_is_compared_with_the_link_before_the_first_part_only(axis, monkeypatch):
+    seen, check = [], _begin.check_deadline
+    monkeypatch.setattr(_begin, "check_deadline", lambda *given: seen.append(check(*given)))
+    with served(axis) as server:
+        control = live()
+        for parts in (1, 2):
+            hwsim.run(behind(server), Drive(lambda: {"stop": 1.0}, at=2), parts=parts, live=control)
+            assert len(seen) == parts
+
+
+def test_a_period_that_is_no_number_of_ticks_is_answered_by_one_that_is(axis):
+    with served(axis) as server:
+        plant = behind(server)
+        told = str(hwsim.check(plant, Drive(period=0.025)))
+        assert told.endswith("no whole number of the plant's ticks of 0.01 s; a period of 0.02 s would fit")
+        assert str(hwsim.check(plant, Drive())) == "Drive and OpcuaPlant fit"
+        plant.close()
+    with served(axis, controller=Drive()) as server:
+        plant = behind(server)
+        assert str(hwsim.check(plant, Drive())).splitlines()[1:] == [
+            "- the machine is listened to only, hwsim.Live(shadow=True): it has its own control"
+        ]
+        assert str(hwsim.check(plant.listening(), Drive())) == "Drive and OpcuaPlant fit"
+        plant.close()
 
 
 def test_a_quality_that_is_not_good_is_nan_and_counted():

@@ -9,6 +9,7 @@ from asyncua import Server, ua
 from opcua_fakes import Drive, live
 
 import hwsim
+from hwsim.opcua._foreign import read_nodes
 from hwsim.opcua._space import StandardNodes
 
 TABLE = """
@@ -37,6 +38,7 @@ KINDS = {
     "Done": (True, ua.VariantType.Boolean),
     "Name": ("grinder", ua.VariantType.String),
     "Real": (1.0, ua.VariantType.Double),
+    "List": ([1.0, 2.0], ua.VariantType.Double),
 }
 
 
@@ -134,6 +136,9 @@ def test_a_machine_without_a_heartbeat_is_listened_to_only(plc, tmp_path):
     plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
     with pytest.raises(ValueError, match=r"live must be in shadow, .*: machine.heartbeat is missing"):
         hwsim.run(plant, Drive(), live=live(safe={"velocity": 0.0}))
+    assert str(hwsim.check(plant, Drive())).splitlines()[1:] == [
+        "- the machine is listened to only, hwsim.Live(shadow=True): machine.heartbeat is missing"
+    ]
     assert plant.listening().measures == {"place": "mm", "velocity_actual": "mm/s"}
     plant.close()
 
@@ -169,13 +174,52 @@ def test_all_faults_of_a_table_are_told_at_once(plc, tmp_path):
     ]
 
 
+def test_types_are_told_with_the_other_faults(plc, tmp_path):
+    """A part that ends when a power in kW is not 0 would be finished at any time, without a safe command."""
+    text = TABLE.replace("DB.Done", "DB.Real").replace("DB.Speed", "DB.Done").replace("DB.Place", "DB.List")
+    text += 'aborted = "ns=2;s=DB.Real"\nevent = "ns=2;s=DB.Done"\n'
+    with pytest.raises(ValueError) as error:
+        hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
+    assert str(error.value).splitlines()[1:] == [
+        "- measures.place.node = 'ns=2;s=DB.List' must be a number; it is an array of Double",
+        "- commands.velocity.node = 'ns=2;s=DB.Done' must be a number; it is a Boolean",
+        "- machine.event = 'ns=2;s=DB.Done' must be a whole number; it is a Boolean",
+        "- machine.done = 'ns=2;s=DB.Real' must be true or false, or a whole number; it is a Double",
+        "- machine.aborted = 'ns=2;s=DB.Real' must be true or false, or a whole number; it is a Double",
+    ]
+
+
+def test_no_unit_is_a_unit(tmp_path):
+    """`""`, the library's own word, and "1"; there an end of a range needs none, and the node may be a bit."""
+    for written in ("", "1"):
+        text = TABLE.replace("m/min", written, 1).replace("-600 mm/min", "0").replace('"600 mm/min"', "1")
+        place = read_nodes(table(tmp_path, text)).commands["velocity"]
+        assert place.unit == "" and place.factor == 1.0 and place.ends == (0.0, 1.0)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ('unit = "um"\n', "", "measures.place.unit is missing"),
-        ('unit = "um"', 'unit = "cubits"', "measures.place.unit must be a unit; got 'cubits'"),
+        ('unit = "um"', 'unit = "cubits"', "measures.place.unit must be a unit, \"\" for none; got 'cubits'"),
         ('done = "ns=2;s=DB.Done"\n', "", "machine.done is missing"),
         ('max = "600 mm/min"\n', "", "commands.velocity.max is missing"),
+        (
+            '"600 mm/min"',
+            "3",
+            'commands.velocity.max must be a text with its unit, such as "3 m/min"; got 3',
+        ),
+        (
+            '"-600 mm/min"',
+            '"3"',
+            "commands.velocity.min must be a text with its unit, such as \"3 m/min\"; got '3'",
+        ),
+        (
+            '"-600 mm/min"',
+            '"0.6 m/min"',
+            "commands.velocity.min must be < commands.velocity.max = '600 mm/min'; got '0.6 m/min'",
+        ),
+        ('unit = "um"', 'unit = "h um/"', "measures.place.unit must be a unit, \"\" for none; got 'h um/'"),
         ("sample =", "samples =", "measures.place.samples is not a key; is measures.place.sample meant?"),
     ],
 )
@@ -185,6 +229,20 @@ def test_a_wrong_table_names_file_and_key(tmp_path, old, new, said):
             "opc.tcp://127.0.0.1:9", nodes=table(tmp_path, TABLE.replace(old, new)), security="none"
         )
     assert f"grinder.toml: {said}" in str(error.value)
+
+
+def test_missing_limits_are_told(plc, tmp_path):
+    text = TABLE.replace('min = "-600 mm/min"\n', "").replace('max = "600 mm/min"\n', "")
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
+    assert str(hwsim.check(plant, Drive())).splitlines()[1:] == [
+        "- nodes gives no min and max of velocity: only the machine's own limits are kept"
+    ]
+    plant.close()
+
+
+def test_a_table_that_is_not_there(tmp_path):
+    with pytest.raises(ValueError, match=r"nodes must be a TOML file .*; .*no.toml: No such file"):
+        hwsim.OpcuaPlant("opc.tcp://127.0.0.1:9", nodes=tmp_path / "no.toml", security="none")
 
 
 def test_a_machine_that_is_not_ours_needs_a_table(plc):

@@ -166,10 +166,14 @@ def test_means_are_of_the_parts_that_were_finished():
     job = read(EXAMPLE)
     whole = hwsim.run(job.stand, plunge.CycleController(job.problem), parts=4, rng=1)
     outcome = whole.outcome.copy(deep=True)
+    outcome.part_slack.values[1] = 5.0
     outcome.time.values[1], outcome.unfinished.values[1], outcome.timed_out.values[1] = 1e6, 1.0, 1.0
     lines = report("job", OutcomeAlone(outcome), plunge.plan(job.problem), job).splitlines()
     by_name = {line[:24].strip(): line[24:].split() for line in lines}
     kept = outcome.time.values[[0, 2, 3]]
+    kept_slack = 1000.0 * outcome.part_slack.values[[0, 2, 3]]
+    assert by_name["slack of damage (µm)"][1] == f"{kept_slack.mean():.2f}"
+    assert "burned, of all (%)" in by_name and "burned (%)" not in by_name
     assert "mean of 3 of 4 parts" in by_name and by_name["time (s)"][1] == f"{kept.mean():.3f}"
     assert by_name["time from part 1 on (s)"][1] == f"{kept[1:].mean():.3f}"
     assert lines[6].endswith("broken off: time was up") and "broken" not in lines[5]

@@ -48,6 +48,7 @@ BEADS = ["weldbead", "--preset", "P1", "--no-pictures", "--tolerance", "0.05"]
         (sqlite3.OperationalError("database or disk is full"), 3, "database or disk is full"),
         (MemoryError(), 3, "out of memory: fewer parts or a coarser grid need less"),
         (ImportError("jinja2 is needed"), 3, "jinja2 is needed"),
+        (ValueError("nodes:\n- one is\n  missing\n- two"), 2, "nodes:\n- one is missing\n- two"),
         (hwsim.Aborted("door open"), 1, "door open"),
         (KeyboardInterrupt(), 130, "interrupted; the same command with the same --out goes on from here"),
         (Terminated(), 143, "terminated; the same command with the same --out goes on from here"),

@@ -6,13 +6,14 @@ import sys
 
 import numpy as np
 import pytest
-from cli_fakes import only_news, without_news, without_shares
+from cli_fakes import OutcomeAlone, only_news, without_news, without_shares
 
 import hwsim
 import sdpgrind
 from hwsim._log.log import same
 from hwsim.cli import main
 from hwsim.command import _work
+from hwsim.command._weldbead.report import report
 from hwsim.command._weldbead.toml import job_of
 from sdpgrind import sdp, weldbead
 
@@ -59,6 +60,18 @@ def test_keeps_policy_log_journal_and_pictures(finished, policy):
     with sdpgrind.load(finished / "run.db") as journal:
         assert same(journal.log(), log)
     assert sdpgrind.load(finished / "policy.nc").problem == weldbead.preset("P1")
+
+
+def test_an_aborted_bead_is_in_no_mean(finished, policy):
+    outcome = sdpgrind.load(finished / "run.nc").outcome.copy(deep=True)
+    outcome["aborted"] = "part", np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    outcome["abort_reason"] = "part", np.array(["", "door open", "", "", "", ""])
+    outcome.penalty.values[1] = 1e6
+    lines = report("job", OutcomeAlone(outcome), policy, (1.5, 30.0)).splitlines()
+    named = {line[:24].strip(): line[24:].split() for line in lines}
+    kept = np.delete(outcome.penalty.values, 1)
+    assert "mean of 5 of 6 beads" in named and named["penalty ($)"][1] == f"{kept.mean():.4f}"
+    assert lines[-1].endswith("and are in no mean of times and sizes: door open (1)")
 
 
 def test_prints_planned_beside_realised(finished, policy, capsys):

@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Mapping
-from math import isfinite
+from math import isfinite, nan
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -15,8 +15,8 @@ class Trip(NamedTuple):
     """Why, by whom and how fast a machine was made safe."""
 
     reason: str
-    by: str  # "runner", "link", "gate", "machine"; "": the machine refused it
-    delay: float  # s from the last sign of life of the controller
+    by: str  # "runner", "link", "gate", "machine"; "": not known to be safe
+    delay: float  # s from the last sign of life of the controller; NaN: not known to be safe
 
 
 class Forwarding:
@@ -30,6 +30,7 @@ class Forwarding:
     def __init__(self, safe: Mapping[str, Any], deadline: int, now: int, by: str = "link") -> None:
         self.trip: Trip | None = None
         self.by, self.handed = by, 0
+        self.waits = False  # whether the controller's thread waits for the machine, and is in no step
         self._safe, self._deadline, self._life = dict(safe), deadline, now
         self._waiting: deque[Mapping[str, Any]] = deque()
         self._asked: tuple[str, str] | None = None
@@ -52,22 +53,30 @@ class Forwarding:
         self._asked = self._asked or (reason, by)
 
     def told(self, reason: str, by: str, now: int) -> None:
-        """Note that the machine was made safe without this link: nothing is written any more."""
-        self.trip = self.trip or Trip(reason, by, (now - self._life) / 1e9)
+        """Note that nothing is written any more: the machine is safe without this link, or "" not known."""
+        if self.trip is None:
+            self.trip = Trip(reason, by, (now - self._life) / 1e9 if by else nan)
 
     def lost(self, reason: str, now: int) -> None:
-        """Note why a safe command on its way did not arrive, and that the machine helped itself."""
+        """Note that a safe command does not arrive: nobody here knows what the machine does."""
+        if self.trip is None:
+            self.told(reason, "", now)
+        elif self.trip.by != "machine":
+            told = self.trip.reason
+            self.trip = Trip(told if reason in told else f"{told}; {reason}", "", nan)  # two may tell it
+
+    def helped_itself(self, said: str, now: int) -> None:
+        """Note that the machine was seen to have made itself safe."""
+        reason = f"the machine made itself safe: {said}"
         if self.trip is None:
             self.told(reason, "machine", now)
         elif self.trip.by != "machine":
-            self.trip = self.trip._replace(reason=f"{self.trip.reason}; {reason}", by="machine")
+            self.trip = Trip(f"{self.trip.reason}; {reason}", "machine", (now - self._life) / 1e9)
 
     def refused(self, error: Exception) -> None:
         """Note that the machine did not take the safe command."""
         assert self.trip is not None
-        self.trip = self.trip._replace(
-            reason=f"{self.trip.reason}; the safe command was refused: {error}", by=""
-        )
+        self.trip = Trip(f"{self.trip.reason}; the safe command was refused: {error}", "", nan)
 
     def alive(self, now: int) -> bool:
         """Whether a heartbeat may be sent: the controller was heard within the deadline, nothing tripped."""
@@ -78,7 +87,8 @@ class Forwarding:
         if self.trip is not None:
             return {}
         if now - self._life > self._deadline:
-            self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms", self.by)
+            slow = ", which waited: not its step but this computer was slow" if self.waits else ""
+            self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms{slow}", self.by)
         command: dict[str, Any] = {}
         while self._waiting and self._asked is None:
             command |= self._waiting.popleft()
@@ -91,4 +101,7 @@ class Forwarding:
 
 
 def _finite(value: Any) -> bool:
-    return isfinite(value) if isinstance(value, float | int) else bool(np.isfinite(np.asarray(value)).all())
+    if isinstance(value, float | int):
+        return isfinite(value)
+    numbers = np.asarray(value)
+    return numbers.dtype.kind in "fiu" and bool(np.isfinite(numbers).all())

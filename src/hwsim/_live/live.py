@@ -17,7 +17,9 @@ _POLL = 0.02  # s; chosen: below what an operator notices
 
 
 class Aborted(RuntimeError):  # noqa: N818  an outcome of the operator, not a fault
-    """A run was stopped and its machine made safe; `log` has the finished parts and the rows of the last one.
+    """A run was stopped, and its machine made safe, or the message says that this is not known.
+
+    `log` has the finished parts and the rows of the last one.
 
     Parameters
     ----------
@@ -78,7 +80,7 @@ class Live:
     Raises
     ------
     ValueError
-        When a value is out of range, `safe` is missing, or there is a gate in shadow.
+        When a value is out of range, `safe` is missing, or there is a gate or a `safe` in shadow.
 
     Examples
     --------
@@ -114,13 +116,16 @@ class Live:
         self.gate = checks.kind("gate", gate, bool)
         if gate and shadow:
             raise ValueError("gate must be False in shadow, where nothing is written")
-        self.stuck = {name: checks.count(f"stuck[{name!r}]", n, 2) for name, n in (stuck or {}).items()}
+        counts = checks.kind("stuck", stuck or {}, Mapping, ', such as {"size": 20}')  # type: ignore[type-abstract]
+        self.stuck = {name: checks.count(f"stuck[{name!r}]", n, 2) for name, n in counts.items()}
         self._acts: list[OperatorAct] = []
         self._written = 0  # of them, to the journal
         self.part = 0
         """Number of the part under way."""
         self.reason: str | None = None
         """Why the run is to be aborted; None: it is not."""
+        self.compared = False
+        """Whether the deadline was compared with the round trips of the link."""
         self.tripped = False
         """Whether the machine was made safe in the part under way."""
         self._running = self._paused = False
@@ -204,7 +209,7 @@ class Live:
             raise ValueError(f"live must be a new Live: this one was aborted ({self.reason})")
         if self._running:
             raise ValueError("live must not be in another run: each has its own Live")
-        self._running = True
+        self._running, self.compared = True, False
 
     def end(self) -> None:
         """End a run (private to this package)."""
@@ -229,7 +234,9 @@ class Live:
 
 
 def _checked_safe(safe: Any, *, shadow: bool) -> dict[str, float]:
-    if shadow and safe is None:
+    if shadow:
+        if safe is not None:
+            raise ValueError(f"safe must not be given in shadow, where nothing is written; got {safe}")
         return {}
     if not isinstance(safe, Mapping) or not safe:
         raise ValueError(

@@ -4,6 +4,7 @@ import copy
 import gc
 import signal
 import threading
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
@@ -29,7 +30,6 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 def check_live(live: Live, plant: Plant, controller: Controller) -> None:
     """Refuse a live run whose safe command the plant does not take, or that would log a name twice."""
-    checks.kind("live", live, Live, ": hwsim.Live(safe=...)")
     _check_safe(live, plant)
     for name in live.stuck:
         if name not in plant.measures:
@@ -54,6 +54,11 @@ def _check_safe(live: Live, plant: Plant) -> None:
             )
         low, high = ranges.get(name, (value, value))
         checks.within(f"safe[{name!r}]", value, low, high, plant.accepts[name])
+    own = getattr(plant, "safe", None) or {}
+    if not live.shadow and any(live.safe.get(name) != value for name, value in own.items()):
+        warnings.warn(
+            f"safe differs from the machine's own safe command, {dict(own)}; got {live.safe}", stacklevel=4
+        )
 
 
 def _refuse_of_real(live: Live, plant: str) -> None:
@@ -165,7 +170,7 @@ def run_live(
             return _part(plant, loop, machine, begun)
         except BaseException as error:
             machine.make_safe(_reason(error))
-            raise _aborted(plant, loop, machine, begun) from _cause(error)
+            raise _aborted(plant, loop, machine, begun, live) from _cause(error)
     finally:
         machine.close()
 
@@ -194,17 +199,34 @@ def _cause(error: BaseException) -> BaseException | None:
     return None if isinstance(error, TrippedError) else error
 
 
-def _aborted(plant: Plant, loop: PartLoop, machine: LiveMachine, begun: str) -> Aborted:
+def _aborted(plant: Plant, loop: PartLoop, machine: LiveMachine, begun: str, live: Live) -> Aborted:
     if machine.taken:
         loop.answered()
-    assert machine.trip is not None  # it was made safe
-    said = f"the part was aborted and the machine made safe: {machine.trip.reason}"
+    untold = ""
     try:
         part = _part(plant, loop, machine, begun)
     except Exception as error:  # of the machine's outcome; the rows are kept
         part = LivePart(loop.tables(), _figures(plant, loop, machine, begun))
-        said = f"{said}; its outcome cannot be told: {error}"
-    return Aborted(said, part)
+        untold = f"; its outcome cannot be told: {error}"
+    return Aborted(_said(machine, live) + untold, part)
+
+
+def _said(machine: LiveMachine, live: Live) -> str:
+    """What became of the part, and of the machine as far as it is known."""
+    assert machine.trip is not None  # it was told to be safe, or listened to no longer
+    reason, limit = machine.trip.reason, getattr(machine, "watchdog", 0.0)
+    number = f"part {live.part} was"
+    if live.shadow:
+        return f"{number} not listened to until its end: {reason}"
+    if machine.trip.by == "machine":
+        return f"{number} aborted: {reason}"
+    if machine.trip.by:
+        return f"{number} aborted and the machine made safe: {reason}"
+    within = f" within {limit:g} s" if limit else ", within its own time limit"
+    return (
+        f"{number} aborted, and it is not known whether the machine is safe: {reason}; "
+        f"its own watchdog must make it safe{within}"
+    )
 
 
 def _part(plant: Plant, loop: PartLoop, machine: LiveMachine, begun: str) -> LivePart:

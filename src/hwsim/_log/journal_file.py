@@ -149,8 +149,9 @@ def consistent(database: sqlite3.Connection, path: Path) -> Iterator[None]:
 
 def acts(database: sqlite3.Connection, run: Mapping[str, str]) -> list[str]:
     """Return the acts of the operator; `BrokenError` where one is not as it was written."""
-    last, good = chain.begun(run), len(list(database.execute("SELECT number FROM part")))
-    found: list[str] = []
+    last, found = chain.begun(run), list[str]()
+    with _readable("the parts", 0):
+        good = len(list(database.execute("SELECT number FROM part")))
     with _readable("the acts of the operator", good):
         rows = database.execute("SELECT number, told, digest FROM act ORDER BY number").fetchall()
         head = database.execute(_ACTS_OF).fetchone()
@@ -183,11 +184,24 @@ def run_rows(database: sqlite3.Connection, path: Path) -> dict[str, str]:
         if _of_environment(error):
             raise
         if records.was_journal(path.read_bytes()):
-            raise BrokenError(f"its table of the run cannot be read ({error})", 0).told(path) from None
+            broken = BrokenError(f"its table of the run cannot be read ({error})", 0)
+            raise (_whole_refused(broken, path) if _corrupt(error) else broken.told(path)) from None
         raise ValueError(f"path must be the journal of a run; {str(path)!r} is not ({error})") from None
     if not all(isinstance(text, str) for pair in found.items() for text in pair):
         raise BrokenError("its table of the run holds what is no text", 0).told(path)
     return found
+
+
+def _corrupt(error: Exception) -> bool:
+    """Whether SQLite refuses the whole file, as one that lost its end."""
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_CORRUPT
+
+
+def _whole_refused(broken: BrokenError, path: Path) -> DamagedFileError:
+    command = f"hwsim verify {os.fspath(path)} --salvage good.db"
+    return DamagedFileError(
+        path, broken.wrong, f"{command} writes the parts before the damage, if there are any"
+    )
 
 
 def version(run: Mapping[str, str], database: sqlite3.Connection, path: Path) -> str:

@@ -11,6 +11,9 @@ from hwsim._log.journal_file import VERSION, BrokenError, Row
 from sdpgrind.base.damaged import DamagedFileError
 from sdpgrind.base.whole_files import whole_file
 
+# source: sqlite.org/fileformat2.html, section 1.3; offset and length of a field, bytes
+_MAGIC, _HEADER, _PAGE_SIZE, _PAGES = b"SQLite format 3\0", 100, (16, 2), (28, 4)
+_LONGEST = 1 << 34  # bytes; chosen: far above any journal, and a hole takes no space on the disk
 _ROLLBACK = "-journal"  # what SQLite appends to the name of the file that undoes a broken transaction
 
 
@@ -34,7 +37,7 @@ def salvage(path: Path, target: Path) -> int:
     if target.exists():
         raise ValueError(f"--salvage must be a new file; {str(target)!r} exists")
     with tempfile.TemporaryDirectory() as folder, contextlib.closing(_copied(path, Path(folder))) as database:
-        run = journal_file.run_rows(database, path)
+        run = _run_rows(database, path)
         rows, wrong = _good(database, run)
         acts = _good_acts(database, run)
     if not rows:
@@ -48,12 +51,29 @@ def salvage(path: Path, target: Path) -> int:
     return len(rows)
 
 
+def _run_rows(database: sqlite3.Connection, path: Path) -> dict[str, str]:
+    try:
+        return journal_file.run_rows(database, path)
+    except DamagedFileError as error:
+        raise DamagedFileError(path, error.wrong, "no part of it can be salvaged") from None
+
+
 def _copied(path: Path, folder: Path) -> sqlite3.Connection:
     """A copy of a journal: SQLite undoes a broken transaction in the file that it opens."""
     for end in ("", _ROLLBACK):
         if (file := path.with_name(path.name + end)).exists():
             shutil.copyfile(file, folder / f"copy{end}")
+    _lengthen(folder / "copy")
     return journal_file.connected(folder / "copy")
+
+
+def _lengthen(copy: Path) -> None:
+    """Put zeros where the end is missing: SQLite opens no file that is shorter than its header says."""
+    with copy.open("r+b") as file:
+        header = file.read(_HEADER)
+        size, pages = (int.from_bytes(header[at : at + length]) for at, length in (_PAGE_SIZE, _PAGES))
+        if header.startswith(_MAGIC) and copy.stat().st_size < size * pages <= _LONGEST:
+            file.truncate(size * pages)
 
 
 def _good(database: sqlite3.Connection, run: dict[str, str]) -> tuple[list[Row], str]:

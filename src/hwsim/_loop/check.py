@@ -43,13 +43,14 @@ class CheckReport:
     plant: str
     controller: str
     faults: tuple[str, ...]
+    notes: tuple[str, ...] = ()  # what a user of the machine must know though they fit
 
     def __bool__(self) -> bool:
         return not self.faults
 
     def __str__(self) -> str:
         if self:
-            return f"{self.controller} and {self.plant} fit"
+            return "\n".join([f"{self.controller} and {self.plant} fit", *(f"- {n}" for n in self.notes)])
         head = f"{self.controller} and {self.plant} do not fit:"
         if len(self.faults) == 1:
             return f"{head} {self.faults[0]}"
@@ -85,9 +86,10 @@ def check(plant: Plant, controller: Controller) -> CheckReport:
     - controller's step needs temperature, which the plant does not measure
     """
     faults = list(_faults(plant, controller))
+    notes = tuple(getattr(plant, "notes", ()))
     if _knows(plant, Plant) and not _lacks("plant", plant, Plant):
         faults += _first_moments(plant)
-    return CheckReport(type(plant).__name__, type(controller).__name__, tuple(faults))
+    return CheckReport(type(plant).__name__, type(controller).__name__, tuple(faults), notes)
 
 
 def checked_clock(plant: Plant, controller: Controller, name: str = "") -> tuple[Plant, Clock]:
@@ -232,7 +234,11 @@ def _rates(plant: Plant, controller: Controller) -> Iterator[str]:
         return
     if tick != exact("tick of the plant", plant.tick) and not callable(getattr(plant, "with_tick", None)):
         ticks = f"the plant's ticks of {plant.tick:g} s"
-        yield f"controller's period is no whole number of {ticks}; a tick of {tick} s would fit"
+        fits = f"a tick of {tick} s would fit"
+        if hasattr(plant, "start_live"):  # whose tick is not this user's to choose
+            periods = [each.period for each in controllers(controller).values() if each.period is not None]
+            fits = f"a period of {plant.tick * max(1, round(min(periods) / plant.tick)):g} s would fit"
+        yield f"controller's period is no whole number of {ticks}; {fits}"
 
 
 def _clock(plant: Plant, controller: Controller) -> Clock:

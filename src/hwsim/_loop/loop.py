@@ -114,7 +114,7 @@ def run(
         check_adaptation("adapt", adapt)
     if adapt is not None and executor is not None:
         raise ValueError(WAITS)
-    if live is not None and live.shadow:
+    if live is not None and checks.kind("live", live, Live, ": hwsim.Live(safe=...)").shadow:
         plant = getattr(plant, "listening", lambda: plant)()
     plant, clock = checked_clock(plant, controller)
     check_order(plant, executor)
@@ -270,7 +270,8 @@ def _run_one(
             return run_live(plant, controller, clock, rng, live)
         return run_part(plant, controller, clock, rng)
     except Exception as error:
-        error.add_note(f"in part {number}")
+        if not isinstance(error, Aborted):  # which says it
+            error.add_note(f"in part {number}")
         raise
 
 

@@ -24,7 +24,10 @@ _MODULES = {
     "PlungeGrinder": "hwsim._report.plunge",
     "WeldBeadStand": "hwsim._report.weldbead",
 }
-_OF_FINISHED = ("time", "roundness", "out_of_round", "offset", "pushes", "roughness_ra", "removal_rate")
+_OF_FINISHED = (
+    "time", "part_slack", "slack", "roundness", "out_of_round", "offset", "pushes", "roughness_ra",
+    "removal_rate",
+)  # fmt: skip
 # flags and amounts that must be 0, with words for the parts that have them
 FAULTS = {
     "burned": "burned",
@@ -90,6 +93,8 @@ def values_of(log: Any, name: str) -> Floats:
     values = np.array(found, dtype=float) if found.dtype.kind in "biuf" else np.full(len(log), np.nan)
     if name in _OF_FINISHED:
         values[[bool(each) for each in broken_off(log.outcome)]] = np.nan
+    elif "aborted" in log.outcome and name not in (*FLAGS, *FAULTS):  # a part that was stopped from outside
+        values[log.outcome.aborted.values == 1] = np.nan
     return values
 
 

@@ -20,6 +20,7 @@ from hwsim._report.comparison import comparison
 from hwsim._report.every_part import every_part, outcomes
 from hwsim._report.file_page import each_part, of_file
 from hwsim._report.job import JOB, digests_table, job_of
+from hwsim._report.releases import missed_releases
 from hwsim._report.statistics import counted_share, mean
 from hwsim._report.worst import broken_off, ranked, worst_part
 from hwsim._report.worst_drawn import worst_picture
@@ -129,6 +130,8 @@ def _verdict(log: Any, charges: Charges, burns: bool) -> Iterator[str]:
     told = ", ".join(f"{broken.count(each)} {each}" for each in dict.fromkeys(broken))
     state = f"{len(broken)} broken off ({told})" if broken else "all finished"
     yield f"{_parts(log)}{by}: {state}"
+    if late := missed_releases(log):
+        yield late
     if faults := [f"{FAULTS[name]}: {_count(log, name, burns)}" for name in FAULTS if name in outcome]:
         yield "; ".join(faults)
     if charges.names and np.isfinite(values_of(log, charges.names[0])).any():

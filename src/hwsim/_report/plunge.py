@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from hwsim._report.worst import finished
 from sdpgrind.base.sheets.amounts import Interval
 from sdpgrind.base.units import UM
 
@@ -21,7 +22,7 @@ def planned(log: Any, plan: Any) -> dict[str, Interval]:
 def reasons(log: Any, plan: Any) -> dict[str, str]:
     """Return reasons for differences, by outcome."""
     outcome = log.outcome
-    slack = float(np.nanmean(outcome.part_slack.values))
+    slack = float(np.nanmean(outcome.part_slack.values[finished(outcome)]))
     margin = UM * plan.safety_margin
     kept = f"the controller kept {UM * slack:.2g} µm between damage and size, the plan {margin:.2g}"
     time = outcome.time.values

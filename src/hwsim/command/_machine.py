@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from hwsim.command._passwords import password_of
 from hwsim.command._serving import add_serving
 
-_OF_MACHINE = ("safe", "deadline", "nodes", "shadow", "gate", "user")
+_OF_MACHINE = ("safe", "deadline", "stale", "overruns", "nodes", "shadow", "gate", "user")
 _OF_SERVER = ("speed", "own_control")
 
 
@@ -35,6 +35,12 @@ def add_machine(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--deadline", metavar="S", help="of --machine: longest step of the controller (0.05 s)"
+    )
+    group.add_argument(
+        "--stale", metavar="S", help="of --machine: age at which readings abort the part (two periods)"
+    )
+    group.add_argument(
+        "--overruns", choices=("count", "abort"), help="of --machine: what a missed release does (count)"
     )
     group.add_argument(
         "--nodes",
@@ -106,7 +112,14 @@ def _live(plant: Any, arguments: argparse.Namespace) -> Any:
         raise ValueError(f"--safe NAME=VALUE or --shadow must be given: {plant!r} keeps its own time")
     deadline = quantity("--deadline", arguments.deadline or DEADLINE, "s")
     safe = None if arguments.safe is None else dict(_told(each, plant.accepts) for each in arguments.safe)
-    return Live(safe=safe, shadow=arguments.shadow, deadline=deadline, gate=arguments.gate)
+    return Live(
+        safe=safe,
+        shadow=arguments.shadow,
+        deadline=deadline,
+        stale=None if arguments.stale is None else quantity("--stale", arguments.stale, "s"),
+        overruns=arguments.overruns or "count",
+        gate=arguments.gate,
+    )
 
 
 def _told(text: str, accepts: Any) -> tuple[str, float]:

@@ -1,6 +1,6 @@
 """Reports of the command line: the first parts, and the plan's prediction next to the outcome.
 
-Parts that were broken off are marked and counted, and left out of means of time and size.
+Parts that were broken off are marked and counted, and left out of means; a share of all parts says so.
 """
 
 from collections import Counter
@@ -104,6 +104,11 @@ def summary_line(name: str, values: Any, form: str, planned: float | None = None
     error = format(values.std(ddof=1) / np.sqrt(values.size), form) if values.size > 1 else "-"
     promise = "" if planned is None else format(planned, form)
     return f"{name:<24}{promise:>12}{format(values.mean(), form):>12}{error:>12}"
+
+
+def of_all(name: str, finished: Finished) -> str:
+    """Name of a share (%) in which parts that were broken off count, too."""
+    return f"{name} (%)" if finished.all() else f"{name}, of all (%)"
 
 
 def broken_lines(why: Sequence[str], part: str) -> Iterator[str]:

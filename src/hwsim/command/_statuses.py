@@ -20,6 +20,12 @@ class Terminated(BaseException):
     """SIGTERM, as KeyboardInterrupt is SIGINT."""
 
 
+def of_signal(name: str | None) -> int | None:
+    """Exit status of a run that a signal (SIGINT, SIGTERM) aborted; None: it was none."""
+    known = {each.name: _OF_SIGNALS + each for each in (signal.SIGINT, signal.SIGTERM)}
+    return known.get(name or "")
+
+
 def catch_signals() -> None:
     """Turn SIGINT and SIGTERM into exceptions, so that files are closed and what began is said."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -64,7 +70,7 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
 
 
 def ended(error: BaseException) -> int:
-    """Say in one line on standard error what ended a command, and return its exit status."""
+    """Say in a line, or one a fault, on standard error what ended a command, and return its exit status."""
     status = next((number for cls, number in _table() if isinstance(error, cls)), OUR_FAULT)
     if isinstance(error, BrokenPipeError):
         forget_output()
@@ -89,7 +95,8 @@ def _sentence(error: BaseException, status: int) -> str:
 
 def _one_line(error: BaseException) -> str:
     notes = ", ".join(getattr(error, "__notes__", []))
-    text = " ".join(str(error).split())
+    lines = (" ".join(line.split()) for line in str(error).split("\n- "))
+    text = "\n- ".join(lines)  # several faults: a line each
     if isinstance(error, OSError) and error.filename is not None:
         text = f"{error.filename}: {error.strerror}"  # without the number of the error
     return f"{text} ({notes})" if notes else text

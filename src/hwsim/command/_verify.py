@@ -73,6 +73,8 @@ def _salvaged(files: list[Path], target: Path) -> int:
     if (status := _check(files[0])) == DAMAGED:
         parts = salvage(files[0], target)
         print(f"{target}: the first {parts} parts of {files[0]}", flush=True)
+    else:
+        print(f"{target}: not written, since no damage of {files[0]} is known", flush=True)
     return status
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hwsim.command._machine import Stage, add_machine, check_machine, staged
 from hwsim.command._run_folder import RunFolder, differences, paged, with_kept
-from hwsim.command._statuses import FAILED, OK, ended
+from hwsim.command._statuses import FAILED, OK, ended, of_signal
 from hwsim.command._times import UNKNOWN, Outlook
 from hwsim.command.base import AreaCommand, Job
 from sdpgrind.base.brief import counted
@@ -134,14 +134,19 @@ def _ran(
         folder.begin(plan)
         _refuse_others(job, given, stage, folder, arguments)  # another may have begun before it was locked
         folder.refuse_other_run(controller=job.controller(plan))
+    from hwsim._report.releases import missed_releases
+
     log, stopped = _run(area, job, plan, stage, folder, arguments)
+    status = _status(log) if stopped is None else ended(stopped)  # before pictures: is the machine safe?
     kept = [] if folder is None else _kept(area, arguments, folder, title, log, plan)
     text = area.report(title, log, plan, job)
+    if late := missed_releases(log):
+        text = f"{text}\n{late}"
     if len(log) > arguments.parts:
         held = f"{folder} held {counted(len(log), f'finished {area.part}')} already"
         text = f"{text}\n\n{held}: all of them are reported, not {arguments.parts}"
     print(text if folder is None else with_kept(text, folder, kept))
-    return _status(log) if stopped is None else ended(stopped)
+    return status if stage.live is None else of_signal(stage.live.reason) or status
 
 
 def _refuse_others(
@@ -312,7 +317,8 @@ def _run(
     parts = max(arguments.parts, finished)
     adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
     if finished < parts:
-        announce(f"running {counted(parts - finished, area.part)}")
+        act = "listening to" if stage.live is not None and stage.live.shadow else "running"
+        announce(f"{act} {counted(parts - finished, area.part)}")
     try:
         log = run(
             stage.plant,

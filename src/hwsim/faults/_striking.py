@@ -21,6 +21,8 @@ Past = deque[Mapping[str, Any]]
 def _checked_numbers(name: str, value: Any) -> tuple[int, ...]:
     """Return numbers of samples in order, from one or several."""
     several = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else [value]
+    if not several:
+        raise checks.refuse(name, "at least one sample", value)
     return tuple(sorted({checks.whole(name, each) for each in several}))
 
 

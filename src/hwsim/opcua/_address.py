@@ -33,6 +33,12 @@ class Address(NamedTuple):
         return f"opc.tcp://{host}:{self.port}"
 
 
+def _without_user(url: str) -> str:
+    """A URL as messages show it: no password stands in them."""
+    scheme, there, rest = url.partition("://")
+    return f"{scheme}{there}...@{rest.rpartition('@')[2]}" if "@" in rest else url
+
+
 def address_of(url: object) -> Address:
     """Return host and port of a URL."""
     rule = "such as opc.tcp://127.0.0.1:4840"
@@ -42,7 +48,7 @@ def address_of(url: object) -> Address:
         parts = urlsplit(url)
         host, port = parts.hostname or "", _DEFAULT if parts.port is None else parts.port
     except ValueError:
-        raise checks.refuse("url", rule, url) from None
+        raise checks.refuse("url", rule, _without_user(url)) from None
     if parts.scheme != "opc.tcp" or not 0 <= port <= _LARGEST or parts.username or parts.password:
-        raise checks.refuse("url", rule, url)
+        raise checks.refuse("url", rule, _without_user(url))
     return Address(host, port)

@@ -1,5 +1,6 @@
 """Beginning of a live part: what is refused before anything moves, pauses, a session where there is none."""
 
+import warnings
 from collections.abc import Mapping
 
 from hwsim._live.live import Live
@@ -41,7 +42,9 @@ def begun(
     gate = gate_of(remote, told) if live.gate else None
     if gate is None:
         link.close_gate()
-    check_deadline(remote, live)
+    if not live.compared:  # once: a link that is slow by now does not refuse a later part
+        check_deadline(remote, live, told.timeout)
+        live.compared = True
     link.loop.run(pauses.begin())
     live.wait_while_paused(live.part)
     part = link.loop.run(remote.last_part()) + 1
@@ -60,8 +63,14 @@ def check_safe(told: Declaration, live: Live) -> None:
         checks.within(f"safe[{name!r}]", value, low, high, told.accepts[name])
 
 
-def check_deadline(remote: RemoteMachine, live: Live) -> None:
-    """Refuse a deadline that the link cannot keep."""
+def check_deadline(remote: RemoteMachine, live: Live, watchdog: float) -> None:
+    """Refuse a deadline that the link cannot keep; warn of one beyond the machine's watchdog (s)."""
+    if 0 < watchdog < live.deadline:
+        warnings.warn(
+            f"deadline is longer than the time limit of the machine's own watchdog, {watchdog:g} s, "
+            f"which comes first; got {live.deadline:g}",
+            stacklevel=2,
+        )
     trip = remote.link.loop.run(remote.round_trip())
     if live.deadline <= _EXCHANGES * trip:
         raise ValueError(

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from hwsim.faults._plant import class_name
@@ -25,9 +25,10 @@ class Declaration:
     tick: float  # s
     ranges: Mapping[str, tuple[float, float]]  # of commands
     speed: float | None
-    timeout: float  # of the machine's watchdog, s
+    timeout: float  # of the machine's watchdog, s; 0: not known
     own: bool  # its own control commands it
     changes: bool  # each part leaves it changed (``after``)
+    safe: Mapping[str, float] = field(default_factory=dict)  # its own safe command; empty: not told
 
     def to_json(self) -> str:
         """Return JSON that `from_json` reads."""
@@ -60,6 +61,7 @@ def declared(plant: Plant, *, speed: float | None, timeout: float, own: bool) ->
         timeout,
         own,
         hasattr(plant, "after"),
+        dict(getattr(plant, "safe", None) or {}),
     )
 
 

@@ -19,12 +19,19 @@ from sdpgrind.base import checks, unit_text
 _OURS: Final = (
     "1", "mm", "s", "mm/s", "mm/s^2", "N", "W", "rad", "rad/s", "rad/s^2", "mm^3/s", "mm^2", "kg", "A", "J",
 )  # fmt: skip
-_TICK, _TIMEOUT = 1e-3, 0.5  # s; chosen: fine enough for any period; a machine's watchdog is not known
+_TICK, _TIMEOUT = 1e-3, 0.0  # s; chosen: fine enough for any period; a machine's watchdog is not known
 _EXCHANGES, _BEGUN = 20, 5.0  # chosen: a median of them is steady; s, chosen: a part begins within it
 _COUNTS = 1 << 15  # chosen: what the smallest usual whole number of a machine holds
 _INTEGERS = (
     "SByte", "Byte", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
 )  # fmt: skip
+_NUMBER, _EITHER, _COUNT = "a number", "a number, or true or false", "a whole number"
+_SWITCH = "true or false, or a whole number"
+_REALS: Final = (*_INTEGERS, "Float", "Double")
+_KINDS: Final = {
+    _NUMBER: _REALS, _EITHER: (*_REALS, "Boolean"), _COUNT: _INTEGERS, _SWITCH: (*_INTEGERS, "Boolean"),
+}  # fmt: skip
+"""What a node must hold -> types that hold it; a control without bits uses whole numbers."""
 
 
 class NodePlace(NamedTuple):
@@ -49,7 +56,13 @@ class Nodes(NamedTuple):
 
 def read_nodes(path: str | os.PathLike[str]) -> Nodes:
     """Read a table of nodes; ValueError names file and key."""
-    return read(checks.path("nodes", path), _nodes)
+    file = checks.path("nodes", path)
+    try:
+        return read(file, _nodes)
+    except OSError as error:
+        raise ValueError(
+            f"nodes must be a TOML file with a table of nodes; {file}: {error.strerror}"
+        ) from None
 
 
 def nodes_of(told: Sequence[Any]) -> Nodes:
@@ -84,23 +97,36 @@ def _places(table: Table) -> dict[str, NodePlace]:
 
 
 def _place(table: Table) -> NodePlace:
-    written = str(table.take("unit"))
+    written = str(table.take("unit")) or "1"
     unit = _library_unit(table.path("unit"), written)
     factor = unit_text.factor(written, unit)
     node, ends = str(table.take("node")), None
     sample = str(table.take("sample")) if table.has("sample") else None
     if table.has("min") or table.has("max"):
-        ends = table.number("min", unit or "1"), table.number("max", unit or "1")
+        ends = _end(table, "min", written, unit), _end(table, "max", written, unit)
+        if ends[0] >= ends[1]:
+            name, low, high = table.path("min"), table.entries["min"], table.entries["max"]
+            raise ValueError(f"{name} must be < {table.path('max')} = {high!r}; got {low!r}")
     table.done()
     return NodePlace(node, unit, factor, sample, ends)
+
+
+def _end(table: Table, key: str, written: str, unit: str) -> float:
+    """An end of a range with its unit: a bare number may be in that of the machine or of the library."""
+    given = table.take(key)
+    if unit and given != 0 and unit_text.bare(given):  # 0 is 0 in both
+        raise ValueError(
+            f'{table.path(key)} must be a text with its unit, such as "{given} {written}"; got {given!r}'
+        )
+    return table.number(key, unit)
 
 
 def _library_unit(name: str, written: str) -> str:
     """The library's unit of the kind of a written one."""
     try:
-        exponents = unit_text.parse(written or "1").exponents
+        exponents = unit_text.parse(written).exponents
     except ValueError as error:
-        raise ValueError(f"{name} must be a unit; got {written!r}: {error}") from None
+        raise ValueError(f'{name} must be a unit, "" for none; got {written!r}: {error}') from None
     for unit in _OURS:
         if unit_text.parse(unit).exponents == exponents:
             return "" if unit == "1" else unit
@@ -135,23 +161,25 @@ class ForeignMachine:
         return machine
 
     async def _faults(self) -> Any:
-        for key, node, writes_, counts in self._all():
-            fault = await self._fault(node, write=writes_, count=counts)
+        for key, node, writes_, holds in self._all():
+            fault = await self._fault(node, write=writes_, holds=holds)
             if fault:
                 yield f"{key} = {node!r} {fault}"
 
-    def _all(self) -> Iterator[tuple[str, str, bool, bool]]:
-        """Key, node, whether it is written, whether it counts."""
+    def _all(self) -> Iterator[tuple[str, str, bool, str]]:
+        """Key, node, whether it is written, what it must hold."""
         for name, place in self._nodes.measures.items():
-            yield f"measures.{name}.node", place.node, False, False
+            yield f"measures.{name}.node", place.node, False, _NUMBER if place.unit else _EITHER
             if place.sample:
-                yield f"measures.{name}.sample", place.sample, False, True
+                yield f"measures.{name}.sample", place.sample, False, _COUNT
         for name, place in self._nodes.commands.items():
-            yield f"commands.{name}.node", place.node, "heartbeat" in self._nodes.machine, False
+            holds = _NUMBER if place.unit else _EITHER
+            yield f"commands.{name}.node", place.node, "heartbeat" in self._nodes.machine, holds
         for key, node in self._nodes.machine.items():
-            yield f"machine.{key}", node, key in ("heartbeat", "start"), key in ("heartbeat", "start")
+            holds = _SWITCH if key in ("done", "aborted") else _COUNT
+            yield f"machine.{key}", node, key in ("heartbeat", "start"), holds
 
-    async def _fault(self, node: str, *, write: bool, count: bool) -> str:
+    async def _fault(self, node: str, *, write: bool, holds: str) -> str:
         try:
             identifier = ua.NodeId.from_string(node)
         except ua.UaError:
@@ -163,10 +191,11 @@ class ForeignMachine:
             return "is missing at the machine"
         if not good(value):
             return f"is not readable: {value.StatusCode.name if value.StatusCode else 'no value'}"
-        kind = value.Value.VariantType
-        self._types[node] = kind
-        if not isinstance(value.Value.Value, float | int) or (count and kind.name not in _INTEGERS):
-            return f"must be {'a whole number' if count else 'a number'}; it is a {kind.name}"
+        kind = self._types[node] = value.Value.VariantType
+        if isinstance(value.Value.Value, list):
+            return f"must be {holds}; it is an array of {kind.name}"
+        if kind.name not in _KINDS[holds]:
+            return f"must be {holds}; it is a {kind.name}"
         bits = level.Value.Value if good(level) else 0
         return "is not writable" if write and not bits & (1 << ua.AccessLevel.CurrentWrite) else ""
 
@@ -227,7 +256,14 @@ class ForeignMachine:
         until = time.monotonic() + _BEGUN
         while await self._read("done"):
             if time.monotonic() > until:
-                raise ValueError(f"machine.done must fall when a part begins; it stood for {_BEGUN:g} s")
+                raise ValueError(
+                    f"machine.done must fall when a part begins; it stood for {_BEGUN:g} s"
+                    + (
+                        ""
+                        if "start" in self._nodes.machine
+                        else ": without machine.start no part is asked for"
+                    )
+                )
         self._part = part
 
     async def last_part(self) -> int:

@@ -124,7 +124,7 @@ class GatedForwarding(Forwarding):
         with self._turn:
             said = self._said._replace(**changes)
             self._slots.write(said.packed())  # first: one that is too long is refused, and the next is not
-            self._said = said
+            self._said, self._life = said, said.time
 
     def hand(self, command: Mapping[str, Any], now: int) -> None:
         """Hand over changed commands."""
@@ -142,9 +142,9 @@ class GatedForwarding(Forwarding):
             self._say(wanted=ASK, reason=reason, by=by)
 
     def told(self, reason: str, by: str, now: int) -> None:
-        """Note that the machine was made safe without the gate, which then writes nothing any more."""
+        """Note that the machine is safe without the gate, or "" not known; it writes nothing any more."""
         if self.trip is None:
-            self.trip = Trip(reason, by, (now - self._said.time) / 1e9)
+            super().told(reason, by, now)
             self._say(wanted=OVER, reason=reason, by=by)
 
     def lost(self, reason: str, now: int) -> None:

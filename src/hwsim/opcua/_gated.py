@@ -56,7 +56,7 @@ class GateReader(Pulse):
             if content is not None:
                 self._take_in(GateAnswer.unpacked(content))
             elif not self._gate.alive:
-                self._gated.told("the gate's process has ended", "machine", time.monotonic_ns())
+                self._gated.told("the gate's process has ended", "", time.monotonic_ns())
             self._heard()
             await self._woken.wait(POLL)
         self.safe_written = self._gated.trip is not None

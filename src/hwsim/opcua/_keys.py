@@ -245,7 +245,8 @@ def server_keys(security: object, users: Mapping[str, str] | None) -> ServerKeys
             raise ValueError('users must be None with security="none", which would send passwords in clear')
         return None
     if not isinstance(users, Mapping) or "operator" not in users:
-        raise ValueError(f'users must be passwords by name: {{"operator": ...}}; got {checks.shown(users)}')
+        given = f"names {sorted(map(str, users))}" if isinstance(users, Mapping) else type(users).__name__
+        raise ValueError(f'users must be passwords by name: {{"operator": ...}}; got {given}')
     for name, password in users.items():
         checks.one_of("a name in users", name, ROLES)
         if not isinstance(password, str) or not password:

@@ -79,7 +79,10 @@ class ClientLink:
         except PermissionError:  # a server that is not trusted
             raise
         except (ua.uaerrors.BadUserAccessDenied, ua.uaerrors.BadIdentityTokenRejected):
-            raise PermissionError(f"user must be one that {self.url} knows, with its password") from None
+            raise PermissionError(
+                f"user must be one that {self.url} knows, with its password; after too many failed logins "
+                "from this address none is let in for a minute"
+            ) from None
         except ua.uaerrors.BadCertificateUntrusted:
             raise PermissionError(f"{self.url} does not trust certificate.der of {self._folder}") from None
         except ua.UaError as error:

@@ -1,5 +1,6 @@
 """A part on a machine with its own time (`LiveMachine`): the thread that steps the controller waits here."""
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -20,7 +21,7 @@ from hwsim.opcua._link import ANSWER
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._pulse import BEATS, Pulse
-from hwsim.opcua._sample import ReadSample, within
+from hwsim.opcua._sample import ReadSample, checked, within
 
 _STALE = 0.5  # s; measured: a computer with 5 tasks a core pauses for 0.24 s; samples come each 10 ms
 _PERIODS = 2  # chosen: one sample may be missing
@@ -109,17 +110,23 @@ class RemotePart:
         return reading
 
     def _hand(self, command: Mapping[str, Any], now: int) -> None:
-        """Hand over a command and wait until the machine has taken it; outside its range it is not sent."""
-        for name, value in command.items():
-            if name in self._told.ranges:
-                within(name, value, self._told.ranges[name], self._told.accepts[name])
-        self._forwarding.hand(command, now)
+        """Hand over a command and wait until the machine has taken it; a wrong one is not sent."""
+        self._forwarding.hand(self._checked(command), now)
         number = self._forwarding.handed
         self._wake()
         self._wait(lambda: self._pulse.taken >= number)
         if self._pulse.refusal is not None:
             raise self._pulse.refusal
         self.taken = True
+
+    def _checked(self, command: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a command as it goes out; one that the machine would refuse is refused here."""
+        told, sent = self._told, dict[str, Any]()
+        for name, value in command.items():
+            sent[name] = checked(name, value, told.accepts[name])
+            if name in told.ranges:
+                within(name, sent[name], told.ranges[name], told.accepts[name])
+        return sent
 
     def _happened(self) -> bool:
         """Whether an event or the end came that was not yet told."""
@@ -160,6 +167,13 @@ class RemotePart:
     def _wait(self, happened: Callable[[], bool], until: int | None = None) -> None:
         """Wait, with signs of life, for something or until a monotonic time (ns)."""
         slice_ = self._live.deadline / BEATS
+        self._forwarding.waits = True
+        try:
+            self._waited(happened, until, slice_)
+        finally:
+            self._forwarding.waits = False
+
+    def _waited(self, happened: Callable[[], bool], until: int | None, slice_: float) -> None:
         while not happened():
             left = slice_ if until is None else (until - time.monotonic_ns()) / NANOSECONDS
             if left <= 0:
@@ -181,13 +195,31 @@ class RemotePart:
         while not self._pulse.safe_written and time.monotonic() < until:
             with self._news:
                 self._news.wait(self._live.deadline)
-        if self._forwarding.trip is None:  # the link does not answer
-            self._forwarding.told(reason, "machine", time.monotonic_ns())
+        if not self._pulse.safe_written:
+            said = reason if self._forwarding.trip is None else "the link does not answer"
+            self._forwarding.lost(said, time.monotonic_ns())
+
+    @property
+    def watchdog(self) -> float:
+        """Time limit of the machine's own watchdog, s; 0: not known."""
+        return self._told.timeout
 
     def outcome(self) -> dict[str, Any]:
         """Read the outcome of the part; NaN for what a machine that was cut off does not tell."""
         unknown = {name: nan for name, unit in self._told.outcomes.items() if isinstance(unit, str)}
-        return {**unknown, **self._remote_outcome(), "bad_quality": float(self._pulse.bad)}
+        told = self._remote_outcome()
+        if told and self.trip is not None and not self.trip.by:
+            self._look_again()
+        return {**unknown, **told, "bad_quality": float(self._pulse.bad)}
+
+    def _look_again(self) -> None:
+        """See whether the machine has made itself safe by now."""
+        with contextlib.suppress(ConnectionError, TimeoutError):
+            self._remote.link.loop.run(self._seen_again(), ANSWER)
+
+    async def _seen_again(self) -> None:
+        await self._pulse.sample()
+        self._heard()
 
     def _remote_outcome(self) -> dict[str, Any]:
         until = time.monotonic() + self._told.timeout + ANSWER
@@ -222,8 +254,8 @@ class Watch:
         self._first = first
         self._pauses.look(seen.paused, seen.stops, seen.aborted)
         if seen.aborts != first.aborts or (seen.part != first.part and not self._live.shadow):
-            said = seen.aborted or f"part {seen.part} was begun on it"
-            self._forwarding.told(f"the machine made itself safe: {said}", "machine", seen.at)
+            if self._forwarding.trip is None or not self._forwarding.trip.by:
+                self._forwarding.helped_itself(seen.aborted or f"part {seen.part} was begun on it", seen.at)
             return
         if seen.sequence < last.sequence:
             self._forwarding.ask("the machine was restarted: the sequence of its samples went back", "runner")

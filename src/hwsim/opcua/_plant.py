@@ -120,6 +120,22 @@ class OpcuaPlant:
         return self._told.ranges
 
     @property
+    def safe(self) -> Mapping[str, float]:
+        """The machine's own safe command, in its units, where the machine tells it."""
+        return self._told.safe
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What `hwsim.check` tells of the machine beside faults: why it is not commanded, missing limits."""
+        if self._shadow or self.lockstep:
+            return ()
+        why = "machine.heartbeat is missing" if self._remote.table else "it has its own control"
+        alone = [f"the machine is listened to only, hwsim.Live(shadow=True): {why}"] if self._told.own else []
+        free = ", ".join(name for name in self._told.accepts if name not in self._told.ranges)
+        limits = [f"nodes gives no min and max of {free}: only the machine's own limits are kept"]
+        return (*alone, *(limits if free and self._remote.table else ()))
+
+    @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit (and dimension of arrays) of the outcomes."""
         counted = {} if self._told.speed is None else {"bad_quality": ""}

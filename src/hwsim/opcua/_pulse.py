@@ -101,14 +101,14 @@ class Pulse:
         await self.sample()
         assert self.seen is not None and self._first is not None
         if self.seen.aborts != self._first.aborts:
-            self._forwarding.lost(f"the machine made itself safe: {self.seen.aborted}", time.monotonic_ns())
+            self._forwarding.helped_itself(self.seen.aborted, time.monotonic_ns())
         elif self._forwarding.trip is not None:
             self._forwarding.refused(ValueError(said))
         else:
             self.refusal = ValueError(said)
 
     def _cut(self, error: ConnectionError) -> None:
-        """Note a cut link: unless the safe command was written, the machine's own watchdog makes it safe."""
+        """Note a cut link: unless the safe command was written, only the machine's own watchdog is left."""
         if not self.safe_written:
             self._forwarding.lost(str(error), time.monotonic_ns())
         self._heard()

@@ -12,7 +12,7 @@ from hwsim._live.live import Live
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._link import ClientLink, reads
 from hwsim.opcua._packing import outcome_of, packed, unpacked
-from hwsim.opcua._sample import ReadSample, good, number, read_number, spread
+from hwsim.opcua._sample import ReadSample, checked, good, number, read_number, spread
 from hwsim.opcua._space import URI, node_id
 
 _OF_PART: Final = ("Part.sequence", "Part.time", "Part.event", "Part.done")
@@ -146,11 +146,12 @@ class LockstepPart:
     def __init__(self, remote: Remote, told: Declaration) -> None:
         self.time, self.done, self.event = 0, False, False
         self._remote, self._method = remote, remote.node_id("Advance")
-        self._measures, self._accepts = tuple(told.measures), tuple(told.accepts)
+        self._measures, self._accepts = tuple(told.measures), told.accepts
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, Any]:
         """Take a command, advance, measure: one message each way."""
-        values = ua.Variant(packed(self._accepts, command), ua.VariantType.Double, is_array=True)
+        sent = {name: checked(name, value, self._accepts[name]) for name, value in command.items()}
+        values = ua.Variant(packed(tuple(self._accepts), sent), ua.VariantType.Double, is_array=True)
         number = ua.Variant(ticks, ua.VariantType.Int64)
         link = self._remote.link
         flat, self.time, self.event, self.done, refused = link.loop.run(

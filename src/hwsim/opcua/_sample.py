@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from asyncua import ua
 
+from hwsim._part.motions import as_table
 from sdpgrind.base import checks
 
 _ROUNDING = 1e-9  # relative; chosen: what the plants allow
@@ -51,6 +52,14 @@ def plain(value: Any) -> Any:
     if isinstance(value, float | int):
         return float(value)
     return np.asarray(getattr(value, "segments", value), float).tolist()
+
+
+def checked(name: str, value: Any, unit: str) -> Any:
+    """Return a command as it goes out, a finite float or array, in the words of plants."""
+    table = as_table(value)
+    if isinstance(table, list | tuple | np.ndarray) and np.ndim(table):
+        return checks.finite_array(name, table, unit)
+    return checks.number(name, table, unit)
 
 
 def number(value: Any) -> ua.Variant:

@@ -158,6 +158,9 @@ def serve(
         raise ValueError(
             f"speed must be None, lockstep, for a {type(plant).__name__}: it has no safe command, ``safe``"
         )
+    if speed is not None and timeout < plant.tick / speed:
+        least = f"{plant.tick / speed:g} s at this speed"
+        raise ValueError(f"timeout must be >= a tick of the plant, {least} (s); got {timeout:g}")
     if controller is not None:
         if speed is None:
             raise ValueError("controller must be None in lockstep, where the client commands")

@@ -2,6 +2,7 @@
 
 import asyncio
 import time
+import warnings
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any
 
@@ -12,6 +13,7 @@ from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._pulse import Pulse
 from hwsim.opcua._sample import ReadSample
+from sdpgrind.base.progress import current, logger
 
 _LOOK = 0.01  # s; chosen: below the time between two parts
 
@@ -32,18 +34,22 @@ class ShadowPart(RemotePart):
 
     def _heard(self) -> None:
         if self._live.reason is not None:
-            self._forwarding.told(self._live.reason, "machine", time.monotonic_ns())
+            self._forwarding.told(self._live.reason, "", time.monotonic_ns())
         super()._heard()
 
     def _hand(self, command: Mapping[str, Any], now: int) -> None:
         self.taken = True
+        try:
+            self._checked(command)
+        except (TypeError, ValueError) as error:
+            warnings.warn(f"the controller would be refused: {error}", stacklevel=2)
 
     def _over(self, seen: ReadSample) -> bool:
         return seen.done or seen.part != self.part
 
     def make_safe(self, reason: str) -> None:
         """Leave the machine to its own control."""
-        self._forwarding.told(reason, "machine", time.monotonic_ns())
+        self._forwarding.told(reason, "", time.monotonic_ns())
 
 
 def followed(
@@ -55,6 +61,12 @@ def followed(
     pauses: Pauses,
 ) -> ShadowPart:
     """Wait for the beginning of a part and follow it."""
+    waiting = "waiting for the machine to begin a part"
+    if remote.table is None and not told.own:
+        waiting += "; it has no control of its own, so another client must begin one"
+    logger.info(waiting)
+    if (progress := current()) is not None:
+        progress.say(waiting)
     number = remote.link.loop.run(_next_part(remote, lambda: live.reason))
     return ShadowPart(remote, told, names, live, period, number, pauses)
 

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
+from math import nan
 from typing import Any
 
 from hwsim.opcua._course import ShownSample
@@ -51,6 +52,8 @@ class Shown:
         if sample.part != self._part:
             self._part = sample.part
             await self.produced.begun(sample.part)
+            for path in self._space.commands:  # those of the part before
+                await self._space.show(path, nan, now)
         await self._measured(sample.reading, now)
         for name, value in sample.held.items():
             await self._space.show(f"Commands.{name}", plain(value), now)

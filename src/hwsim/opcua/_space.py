@@ -93,6 +93,11 @@ class Space:
         else:
             attribute.value = told
 
+    @property
+    def commands(self) -> list[str]:
+        """Paths of the commands, without the heartbeat."""
+        return [path for path in self._types if path.startswith("Commands.") and path != "Commands.heartbeat"]
+
     def cut_connections(self) -> None:
         """Close the connections of all clients, without a word."""
         for client in () if self._server.bserver is None else self._server.bserver.clients:

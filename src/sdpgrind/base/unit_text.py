@@ -139,6 +139,12 @@ def quantity(name: str, value: Any, unit: str) -> float:
         ) from None
 
 
+def bare(value: Any) -> bool:
+    """Whether `value` is a number, or a text of one, without a unit."""
+    split = _NUMBER.match(value) if isinstance(value, str) else None
+    return not isinstance(value, str) or (split is not None and not split[2])
+
+
 def _refuse_long(name: str, number: str, value: str) -> None:
     """Refuse a number before `Fraction` sees it: 1e99999999 would take it for ever."""
     mantissa, _, exponent = number.lower().partition("e")

@@ -124,7 +124,8 @@ def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
     yield summary_line(
         "finished (%)", 100 * outcome.finished.values, ".1f", 100 * float(np.mean(model.finished))
     )
-    yield summary_line("peak force (N)", outcome.peak_force.values, ".1f")
+    if done.any():
+        yield summary_line("peak force (N)", outcome.peak_force.values[done], ".1f")
     for name, label in (("collisions", "collisions"), ("slipped", "slipped on the table (%)")):
         if outcome[name].values.any():
             yield summary_line(

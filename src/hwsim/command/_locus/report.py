@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim.command._report import CommandReport, Finished, summary_line
+from hwsim.command._report import CommandReport, Finished, of_all, summary_line
 from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
@@ -38,11 +38,13 @@ def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[st
     outcome = log.outcome
     if finished.any():
         yield from _rates(log, plan, job, finished)
-    yield summary_line("least slack (W)", outcome.slack.values, ".2f", job.controller(plan).margin)
-    yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
+        yield summary_line(
+            "least slack (W)", outcome.slack.values[finished], ".2f", job.controller(plan).margin
+        )
+    yield summary_line(of_all("burned", finished), 100.0 * outcome.burned.values, ".1f", 0.0)
     converged = outcome.convergence_time.values
-    if np.isfinite(converged).any():
-        yield summary_line("converged (s)", converged[np.isfinite(converged)], ".2f")
+    if (known := finished & np.isfinite(converged)).any():
+        yield summary_line("converged (s)", converged[known], ".2f")
     if not np.isfinite(converged).all():
         yield summary_line("never converged (%)", 100.0 * np.isnan(converged), ".1f", 0.0)
 

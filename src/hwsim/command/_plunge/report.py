@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim.command._report import CommandReport, Finished, summary_line
+from hwsim.command._report import CommandReport, Finished, of_all, summary_line
 from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
@@ -55,10 +55,10 @@ def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[st
     outcome = log.outcome
     if finished.any():
         yield from _times(outcome.time.values, finished, plan)
-    known = outcome.part_slack.values[np.isfinite(outcome.part_slack.values)]
+    known = outcome.part_slack.values[finished & np.isfinite(outcome.part_slack.values)]
     if known.size:
         yield summary_line("slack of damage (µm)", UM * known, ".2f", 0.0)
-    yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
+    yield summary_line(of_all("burned", finished), 100.0 * outcome.burned.values, ".1f", 0.0)
     if finished.any():
         yield summary_line(
             "roundness (µm)", UM * outcome.roundness.values[finished], ".3f", UM * plan.roundness

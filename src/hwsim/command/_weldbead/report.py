@@ -3,7 +3,10 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from hwsim.command._report import parts_table, summary_head, summary_line
+import numpy as np
+
+from hwsim._report.worst import broken_off
+from hwsim.command._report import broken_lines, parts_table, summary_head, summary_line
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -23,12 +26,22 @@ _COLUMNS = (
 def report(title: str, log: "Log", policy: Any, start: tuple[float, float]) -> str:
     """Return the whole report as text."""
     risk = policy.risk(height=start[0], time_left=start[1])
-    beads = [*_head(title, policy, start), "", *_beads(log), ""]
+    why = broken_off(log.outcome)
+    ended = np.array([not each for each in why])
+    beads = [
+        *_head(title, policy, start),
+        "",
+        *_beads(log, why),
+        "",
+        summary_head(int(ended.sum()), len(log), "bead"),
+    ]
+    outcome = log.outcome.isel(part=ended)
     if policy.problem.bead_scatter is None:
-        planned = float(log.outcome.penalty_planned.values.mean())
-        return "\n".join([*beads, *_summary(log, risk, planned)])
+        planned = float(outcome.penalty_planned.values.mean()) if ended.any() else None
+        return "\n".join([*beads, *_summary(outcome, risk, planned), *broken_lines(why, "bead")])
     # the plan's own value counts each pass as one of another bead
-    return "\n".join([*beads, *_summary(log, risk, float(risk.mean)), _learned(risk)])
+    told = [*_summary(outcome, risk, float(risk.mean)), *broken_lines(why, "bead"), _learned(risk)]
+    return "\n".join([*beads, *told])
 
 
 def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
@@ -40,18 +53,18 @@ def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
     yield f"policy: passes of {durations}, up to {problem.force_max:g} N{known}"
 
 
-def _beads(log: "Log") -> Iterator[str]:
+def _beads(log: "Log", why: list[str]) -> Iterator[str]:
     outcome = log.outcome
     level = "overground_worst" not in outcome  # level beads: the height says how much is missing
     columns = [
         (name, form) for name, form in _COLUMNS if name in outcome and not (level and name == "overground")
     ]
-    return parts_table(log, "bead", columns, _SHORT)
+    return parts_table(log, "bead", columns, _SHORT, why)
 
 
-def _summary(log: "Log", risk: Any, planned: float) -> Iterator[str]:
-    outcome = log.outcome
-    yield summary_head(len(log), len(log), "bead")
+def _summary(outcome: Any, risk: Any, planned: float | None) -> Iterator[str]:
+    if not outcome.sizes["part"]:
+        return
     yield summary_line("penalty ($)", outcome.penalty.values, ".4f", planned)
     yield summary_line("passes", outcome.passes.values, ".2f", float(risk.passes))
     yield summary_line("height left (mm)", outcome.height.values, ".4f")
