@@ -331,6 +331,20 @@ def test_samples_that_tell_of_a_fault(next_one, reason):
     assert (forwarding.trip.reason if forwarding.trip else None) == reason
 
 
+@pytest.mark.parametrize(
+    ("seen", "now", "trips"), [(False, 201, True), (False, 200, False), (True, 900, False)]
+)
+def test_the_last_sample_ages_also_while_none_arrives(seen, now, trips):
+    watch, forwarding, _ = watched(stale=0.2)
+    watch.age(900_000_000)  # before the first one
+    watch.look(sample(done=seen))
+    watch.age(now * 1_000_000)
+    forwarding.renew(now * 1_000_000)
+    assert bool(forwarding.poll(now * 1_000_000)) is trips
+    if trips:
+        assert forwarding.trip.reason == "measurements are stale: no new sample for more than 0.2 s"
+
+
 class Still(Axis):
     """Its place does not change."""
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -36,6 +37,8 @@ KINDS = {
     "Life": (0, ua.VariantType.Int16),
     "Start": (0, ua.VariantType.Int32),
     "Done": (True, ua.VariantType.Boolean),
+    "Event": (0, ua.VariantType.UInt32),
+    "Steps": (0, ua.VariantType.Int16),
     "Name": ("grinder", ua.VariantType.String),
     "Real": (1.0, ua.VariantType.Double),
     "List": ([1.0, 2.0], ua.VariantType.Double),
@@ -47,6 +50,7 @@ class Foreign:
 
     def __init__(self, samples=30):
         self.samples, self.speeds, self.lives, self.starts = samples, [], set(), []
+        self.bad = {}  # sample of a part -> node and its quality from then on
         self.over, ready = threading.Event(), threading.Event()
         self.thread = threading.Thread(target=lambda: asyncio.run(self._serve(ready)))
         self.thread.start()
@@ -63,7 +67,7 @@ class Foreign:
             node = await server.nodes.objects.add_variable(
                 ua.NodeId(f"DB.{name}", 2), ua.QualifiedName(name, 2), value, kind
             )
-            if name in ("Speed", "Life", "Start"):
+            if name in ("Speed", "Life", "Start", "Steps"):
                 await node.set_writable()
             nodes[name] = node
         await server.start()
@@ -82,6 +86,10 @@ class Foreign:
             self.lives.add(await nodes["Life"].read_value())
             await nodes["Counter"].write_value(count, ua.VariantType.UInt32)
             left -= 1
+            if (told := self.bad.get(self.samples - left)) is not None:
+                name, status = told
+                value = ua.Variant(0 if name == "Event" else False, KINDS[name][1])
+                await nodes[name].write_value(ua.DataValue(value, StatusCode=ua.StatusCode(status)))
             if left == 0:
                 await nodes["Done"].write_value(True)
         server.iserver.time_task.cancel()
@@ -120,6 +128,44 @@ def test_a_foreign_machine_runs_in_the_units_of_the_library(plc, tmp_path, gate)
     assert plc.starts[-2:] == [first, first + 1]
     assert set(log["controller"].place.values) == {0.25} and len(plc.lives) > 4
     assert np.float32(1.001 * 60 / 1000) in np.float32(plc.speeds)
+    plant.close()
+
+
+@pytest.mark.parametrize(("name", "more"), [("Done", ""), ("Event", 'event = "ns=2;s=DB.Event"\n')])
+def test_what_is_not_known_is_no_end_and_no_event(plc, tmp_path, name, more):
+    plc.bad = {8: (name, ua.StatusCodes.BadCommunicationError), 16: (name, ua.StatusCodes.Good)}
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, TABLE + more), security="none")
+    log = hwsim.run(plant, Drive(), live=live(safe={"velocity": 0.0}, stale=2.0))
+    plc.bad = {}
+    assert log.outcome.aborted.values.tolist() == [0.0]
+    assert log["controller"].time.values[-1] > 0.2  # the part takes 0.3 s or more, and was bad from 0.08 s
+    plant.close()
+
+
+def failing(machine, name, after):
+    """Let a method of a machine raise from one of its calls on."""
+    method, calls = getattr(machine, name), []
+
+    def call(*given):
+        calls.append(given)
+        if len(calls) == after:
+            raise ArithmeticError("odd")
+        return method(*given)
+
+    setattr(machine, name, call)
+
+
+@pytest.mark.parametrize(("method", "gate"), [("written", False), ("seen", False), ("seen", True)])
+def test_an_error_of_a_task_makes_the_machine_safe(plc, tmp_path, method, gate):
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path), security="none")
+    failing(plant._remote, method, after=12)
+    with pytest.raises(hwsim.Aborted, match="ArithmeticError: odd") as said:
+        hwsim.run(plant, Drive(), live=live(safe={"velocity": 0.0}, gate=gate))
+    assert said.value.log.outcome.safe_by.values.tolist() == ["gate" if gate else "link"]
+    until = time.monotonic() + 5.0
+    while plc.speeds[-1] != 0.0 and time.monotonic() < until:
+        time.sleep(0.01)
+    assert plc.speeds[-1] == 0.0
     plant.close()
 
 

@@ -140,6 +140,7 @@ class ForeignMachine:
         self.link, self._nodes = link, nodes
         self._types: dict[str, ua.VariantType] = {}
         self._part, self._was_done = 0, True
+        self._sequence, self._event = -1, 0  # the last ones that were told
         self._samples = tuple(dict.fromkeys(p.sample for p in nodes.measures.values() if p.sample))
         self._rest = tuple(key for key in ("event", "done", "aborted") if key in nodes.machine)
 
@@ -270,9 +271,11 @@ class ForeignMachine:
         """Number at the node of the start, where an earlier session may have left one; else parts seen."""
         if "start" in self._nodes.machine:
             return int(await self._read("start"))
-        done = bool(await self._read("done"))
+        done = await self._read("done")
+        if done != done:  # not known: nothing has changed
+            return self._part
         self._part += self._was_done and not done
-        self._was_done = done
+        self._was_done = bool(done)
         return self._part
 
     async def outcome(self, part: int) -> dict[str, Any]:
@@ -297,15 +300,17 @@ class ForeignMachine:
         """Return the sample of a list that was read, in the library's units."""
         measured, rest = told[: len(names)], [read_number(each) for each in told[len(names) :]]
         reading = {n: self._factor(n) * read_number(each) for n, each in zip(names, measured, strict=True)}
-        counters = rest[: len(self._samples)]
         of = dict(zip(self._rest, rest[len(self._samples) :], strict=True))
-        stopped = bool(of.get("aborted", 0))
+        if not any(each != each for each in rest):  # else it is no new sample, and goes stale
+            self._sequence = int(sum(rest[: len(self._samples)])) if self._samples else asked
+            self._event = int(of.get("event", 0))
+        stopped = _true(of.get("aborted", 0))
         return ReadSample(
             reading,
-            int(sum(counters)) if counters and sum(counters) == sum(counters) else asked,
+            self._sequence,
             nan,
-            int(of.get("event", 0)),
-            bool(of["done"]),
+            self._event,
+            _true(of["done"]),
             self._part,
             int(stopped),
             "it says so" if stopped else "",
@@ -340,6 +345,11 @@ class ForeignMachine:
 
     async def refusal(self, command: Mapping[str, Any], state: ua.StatusCode) -> str:
         """Why the machine did not take a list; "": the part ended meanwhile."""
-        if await self._read("done"):
+        if _true(await self._read("done")):
             return ""
         return f"the machine refused {dict(command)!r}: {state.name}"
+
+
+def _true(told: Any) -> bool:
+    """Whether a switch is known to be on; NaN, of a quality that is not good, is not."""
+    return bool(told == told and told)

@@ -2,9 +2,10 @@
 
 import time
 from collections.abc import Callable, Coroutine, Mapping
+from math import nan
 from typing import Any
 
-from hwsim._live.forwarding import POLL
+from hwsim._live.forwarding import POLL, Trip
 from hwsim._live.live import Live
 from hwsim._processor.tasks import NANOSECONDS
 from hwsim.opcua._declaration import Declaration
@@ -43,14 +44,30 @@ class GateReader(Pulse):
         events: bool,
         heard: Callable[[], None],
     ) -> None:
-        self._gate, self._gated = gate, forwarding
+        self._gate, self._gated, self._follower_ended = gate, forwarding, False
         super().__init__(remote, names, forwarding, live.deadline, events, heard)
 
     def _works(self) -> list[Coroutine[Any, Any, None]]:
         return [self._follow(), self._read()]
 
+    async def _failed(self, said: str) -> None:
+        """Let the gate write the safe command; without its answers nobody here knows of it."""
+        self._gated.ask(said, self._gated.by)
+        if self._follower_ended and self._gated.trip is None:
+            self._gated.trip = Trip(said, "", nan)
+            self.safe_written = True
+            self._heard()
+
     async def _follow(self) -> None:
-        """Take in the answers of the gate."""
+        """Take in the answers of the gate until the part is over or the machine is safe."""
+        try:
+            await self._answers()
+        finally:
+            self._follower_ended = True
+        self.safe_written = self._gated.trip is not None
+        self._heard()
+
+    async def _answers(self) -> None:
         while not self._over and self._gated.trip is None:
             content = self._gate.answers.read()
             if content is not None:
@@ -59,8 +76,6 @@ class GateReader(Pulse):
                 self._gated.told("the gate's process has ended", "", time.monotonic_ns())
             self._heard()
             await self._woken.wait(POLL)
-        self.safe_written = self._gated.trip is not None
-        self._heard()
 
     def _take_in(self, answer: GateAnswer) -> None:
         if answer.part != self._gated.part:  # one before

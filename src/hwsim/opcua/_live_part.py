@@ -75,6 +75,8 @@ class RemotePart:
             self._forwarding.ask(self._live.reason, self._forwarding.by)
         if (seen := self._pulse_seen()) is not None:
             self._watch.look(seen)
+            self._watch.age(time.monotonic_ns())
+        self._live.tripped = self._live.tripped or self._forwarding.trip is not None
         with self._news:
             self._news.notify_all()
 
@@ -243,6 +245,7 @@ class Watch:
     def __init__(self, live: Live, period: float, forwarding: Forwarding, pauses: Pauses) -> None:
         self._live, self._forwarding, self._pauses = live, forwarding, pauses
         self._stale = live.stale if live.stale is not None else max(_PERIODS * period, _STALE)
+        self._old = f"measurements are stale: no new sample for more than {self._stale:g} s"
         self._first: ReadSample | None = None
         self._last: ReadSample | None = None  # the last one whose sequence moved
         self._equal = dict.fromkeys(live.stuck, 1)
@@ -262,13 +265,17 @@ class Watch:
         elif seen.sequence != last.sequence or seen.done or self._last is None:
             self._last = seen
         elif seen.at - last.at > self._stale * NANOSECONDS:
-            self._forwarding.ask(
-                f"measurements are stale: no new sample for more than {self._stale:g} s", "runner"
-            )
+            self._forwarding.ask(self._old, "runner")
         if seen.spread > self._stale:
             self._forwarding.ask(
                 f"measurements are stale: those of one list are {seen.spread:g} s apart", "runner"
             )
+
+    def age(self, now: int) -> None:
+        """Look at the age of the last sample, also while none arrives."""
+        last = self._last
+        if last is not None and not last.done and now - last.at > self._stale * NANOSECONDS:
+            self._forwarding.ask(self._old, "runner")
 
     def stuck(self, reading: Mapping[str, Any], command: Mapping[str, Any]) -> None:
         """Count equal readings in a row while the machine is commanded."""

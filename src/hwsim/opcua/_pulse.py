@@ -43,8 +43,8 @@ class Pulse:
         self._list = reads(remote.nodes(names))
         self._count, self._due = 0, 0
         self._woken, self._asked = Bell(), Bell()
-        self._over = False
-        self._tasks = [asyncio.create_task(work) for work in self._works()]
+        self._over = self._writer_ended = False
+        self._tasks = [asyncio.create_task(self._kept(work)) for work in self._works()]
 
     def _works(self) -> list[Coroutine[Any, Any, None]]:
         return [self._write(), self._read()]
@@ -60,7 +60,46 @@ class Pulse:
         self.wake()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
+    async def _kept(self, work: Coroutine[Any, Any, None]) -> None:
+        """Run a task; whatever error ends it, the machine is made safe."""
+        try:
+            await work
+        except ConnectionError as error:
+            self._cut(error)
+        except Exception as error:
+            await self._failed(f"{type(error).__name__}: {error}")
+
+    async def _failed(self, said: str) -> None:
+        """Make the machine safe after an error: the writer does it, or this task where that has ended."""
+        self._forwarding.ask(said, self._forwarding.by)
+        self._woken.ring()
+        if self._writer_ended and not (self.safe_written or self._over):
+            await self._last(said)
+            self.safe_written = True
+            self._heard()
+
+    async def _last(self, said: str) -> None:
+        """Write the safe command in place of the writer; where that fails too, nobody knows the machine."""
+        now = time.monotonic_ns()
+        safe = self._forwarding.poll(now)
+        if not safe:  # it was on its way when the writer ended
+            self._forwarding.lost(said, now)
+            return
+        try:
+            await self._sent(safe, False)
+        except Exception as error:
+            self._forwarding.lost(f"{type(error).__name__}: {error}", now)
+
     async def _write(self) -> None:
+        """Write until the part is over or the machine is safe."""
+        try:
+            await self._forward()
+        finally:
+            self._writer_ended = True
+        self.safe_written = self.safe_written or self._forwarding.trip is not None
+        self._heard()
+
+    async def _forward(self) -> None:
         """Forward what is to be written, and the heartbeat while the controller is alive."""
         while not self._over and not self.safe_written:
             self._forwarding.look()
@@ -70,18 +109,12 @@ class Pulse:
             if tripped and not command:
                 break  # made safe elsewhere
             beat = number > 0 and now >= self._due and self._forwarding.alive(now)
-            try:
-                if command or beat:
-                    await self._sent(command, beat or (bool(command) and not tripped))
-            except ConnectionError as error:
-                self._cut(error)
-                break
+            if command or beat:
+                await self._sent(command, beat or (bool(command) and not tripped))
             self.taken = number
             self.safe_written = tripped
             self._heard()
             await self._woken.wait(POLL)
-        self.safe_written = self.safe_written or self._forwarding.trip is not None
-        self._heard()
 
     async def _sent(self, command: Mapping[str, Any], beat: bool) -> None:
         """Write a command list."""
@@ -111,17 +144,14 @@ class Pulse:
         """Note a cut link: unless the safe command was written, only the machine's own watchdog is left."""
         if not self.safe_written:
             self._forwarding.lost(str(error), time.monotonic_ns())
+        self.safe_written = self.safe_written or (self._writer_ended and self._forwarding.trip is not None)
         self._heard()
 
     async def _read(self) -> None:
         """Read samples, at once where one is wanted."""
         while not self._over:
             number = self.wanted
-            try:
-                await self.sample()
-            except ConnectionError as error:
-                self._cut(error)
-                return
+            await self.sample()
             self.served = number
             self._heard()
             if self.wanted == number:

@@ -24,6 +24,11 @@ class Listener(Pulse):
     def _works(self) -> list[Coroutine[Any, Any, None]]:
         return [self._read()]
 
+    async def _failed(self, said: str) -> None:
+        """Stop following: nothing is written here."""
+        self._forwarding.told(said, "", time.monotonic_ns())
+        self._heard()
+
 
 class ShadowPart(RemotePart):
     """A part that is only listened to."""
