@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -18,6 +19,7 @@ from opcua_fakes import Axis, Drive, live, served
 import hwsim
 from hwsim._live.forwarding import Forwarding, Trip
 from hwsim.opcua._foreign import nodes_of, read_nodes
+from hwsim.opcua._gate import Gate
 from hwsim.opcua._gate_process import RunnerProcess
 from hwsim.opcua._gate_rules import GateAnswer, GatedForwarding, GateRules, Handed
 from hwsim.opcua._slots import Slots, mapped, shared
@@ -260,6 +262,17 @@ def test_the_process_of_the_gate_imports_no_plant_and_no_compiled_code():
 
 def behind(server):
     return hwsim.OpcuaPlant(server.url, security="none")
+
+
+def test_a_gate_that_answers_late_is_ended():
+    gate = Gate.__new__(Gate)
+    gate._line, other = socket.socketpair()
+    silent = [sys.executable, "-c", "import sys; sys.stdin.read()"]  # until the line is closed
+    with other:
+        gate._process = subprocess.Popen(silent, stdin=other)
+    with pytest.raises(ConnectionError, match="the gate's process does not answer: timed out"):
+        gate._ask(0.01, act="end")
+    assert not gate.alive
 
 
 def test_a_run_through_the_gate():

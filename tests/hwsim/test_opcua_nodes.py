@@ -11,6 +11,7 @@ from opcua_fakes import Drive, live
 
 import hwsim
 from hwsim.opcua._foreign import read_nodes
+from hwsim.opcua._kinds import ends
 from hwsim.opcua._space import StandardNodes
 
 TABLE = """
@@ -142,14 +143,53 @@ def test_what_is_not_known_is_no_end_and_no_event(plc, tmp_path, name, more):
     plant.close()
 
 
+LIMITS = 'min = "-600 mm/min"\nmax = "600 mm/min"\n'
+
+
+@pytest.mark.parametrize(
+    ("node", "odd", "said"),
+    [
+        ("Speed", 1e39, r"velocity must be in \[-3.40282e\+38, 3.40282e\+38\] .* is of Float; got 1e\+39"),
+        ("Steps", 4e4, r"velocity must be in \[-32768, 32767\] .* is of Int16; got 40000"),
+        ("Steps", [1.0, 2.0], r"velocity must be a number; got array\(\[1., 2.\]\)"),
+    ],
+)
+def test_what_a_node_does_not_hold_is_refused_and_the_machine_made_safe(plc, tmp_path, node, odd, said):
+    text = TABLE.replace(LIMITS, "").replace("m/min", "mm/s").replace("DB.Speed", f"DB.{node}")
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
+    with pytest.raises(hwsim.Aborted, match=said) as error:
+        hwsim.run(plant, Drive(lambda: {"velocity": odd}), live=live(safe={"velocity": 0.0}))
+    assert error.value.log.outcome.safe_by.values.tolist() == ["runner"]
+    plant.close()
+
+
+def test_a_safe_command_that_a_node_does_not_hold_is_refused_before_a_part(plc, tmp_path):
+    text = TABLE.replace(LIMITS, "").replace("m/min", "mm/s").replace("DB.Speed", "DB.Steps")
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
+    begun = len(plc.starts)
+    with pytest.raises(ValueError, match=r"velocity must be in .* got -40000"):
+        hwsim.run(plant, Drive(), live=live(safe={"velocity": -4e4}))
+    assert len(plc.starts) == begun
+    plant.close()
+
+
+@pytest.mark.parametrize("name", ["SByte", "Byte", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"])
+def test_ends_of_types(name):
+    kind = ua.VariantType[name]
+    bits = {"SByte": 8, "Byte": 8}.get(name) or int(name.lstrip("UInt"))
+    whole = 0 if name[0] in "UB" else 1
+    assert ends(kind) == (-whole * 2 ** (bits - 1), 2 ** (bits - whole) - 1)
+
+
 def failing(machine, name, after):
-    """Let a method of a machine raise from one of its calls on."""
+    """Let one call of a method of a machine raise in the link's thread."""
     method, calls = getattr(machine, name), []
 
     def call(*given):
-        calls.append(given)
-        if len(calls) == after:
-            raise ArithmeticError("odd")
+        if threading.current_thread() is not threading.main_thread():
+            calls.append(given)
+            if len(calls) == after:
+                raise ArithmeticError("odd")
         return method(*given)
 
     setattr(machine, name, call)

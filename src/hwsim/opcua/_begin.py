@@ -30,6 +30,8 @@ def begun(
         raise ValueError(f"live must be None: the machine at {link.url} is in lockstep and has no clock")
     remote.check(told, live, period)
     check_safe(told, live)
+    if remote.table is not None and not live.shadow:
+        remote.written(live.safe, None)  # refuses what its types do not hold
     if not link.alive:
         link.reconnect()
         again = link.loop.run(remote.declaration())

@@ -12,6 +12,7 @@ from asyncua import ua
 from hwsim._live.live import Live
 from hwsim.command._toml import Table, read
 from hwsim.opcua._declaration import Declaration
+from hwsim.opcua._kinds import COUNT, EITHER, KINDS, NUMBER, SWITCH, commanded, variant
 from hwsim.opcua._link import ClientLink, reads, writes
 from hwsim.opcua._sample import ReadSample, good, read_number, spread
 from sdpgrind.base import checks, unit_text
@@ -22,16 +23,6 @@ _OURS: Final = (
 _TICK, _TIMEOUT = 1e-3, 0.0  # s; chosen: fine enough for any period; a machine's watchdog is not known
 _EXCHANGES, _BEGUN = 20, 5.0  # chosen: a median of them is steady; s, chosen: a part begins within it
 _COUNTS = 1 << 15  # chosen: what the smallest usual whole number of a machine holds
-_INTEGERS = (
-    "SByte", "Byte", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
-)  # fmt: skip
-_NUMBER, _EITHER, _COUNT = "a number", "a number, or true or false", "a whole number"
-_SWITCH = "true or false, or a whole number"
-_REALS: Final = (*_INTEGERS, "Float", "Double")
-_KINDS: Final = {
-    _NUMBER: _REALS, _EITHER: (*_REALS, "Boolean"), _COUNT: _INTEGERS, _SWITCH: (*_INTEGERS, "Boolean"),
-}  # fmt: skip
-"""What a node must hold -> types that hold it; a control without bits uses whole numbers."""
 
 
 class NodePlace(NamedTuple):
@@ -170,14 +161,14 @@ class ForeignMachine:
     def _all(self) -> Iterator[tuple[str, str, bool, str]]:
         """Key, node, whether it is written, what it must hold."""
         for name, place in self._nodes.measures.items():
-            yield f"measures.{name}.node", place.node, False, _NUMBER if place.unit else _EITHER
+            yield f"measures.{name}.node", place.node, False, NUMBER if place.unit else EITHER
             if place.sample:
-                yield f"measures.{name}.sample", place.sample, False, _COUNT
+                yield f"measures.{name}.sample", place.sample, False, COUNT
         for name, place in self._nodes.commands.items():
-            holds = _NUMBER if place.unit else _EITHER
+            holds = NUMBER if place.unit else EITHER
             yield f"commands.{name}.node", place.node, "heartbeat" in self._nodes.machine, holds
         for key, node in self._nodes.machine.items():
-            holds = _SWITCH if key in ("done", "aborted") else _COUNT
+            holds = SWITCH if key in ("done", "aborted") else COUNT
             yield f"machine.{key}", node, key in ("heartbeat", "start"), holds
 
     async def _fault(self, node: str, *, write: bool, holds: str) -> str:
@@ -195,7 +186,7 @@ class ForeignMachine:
         kind = self._types[node] = value.Value.VariantType
         if isinstance(value.Value.Value, list):
             return f"must be {holds}; it is an array of {kind.name}"
-        if kind.name not in _KINDS[holds]:
+        if kind.name not in KINDS[holds]:
             return f"must be {holds}; it is a {kind.name}"
         bits = level.Value.Value if good(level) else 0
         return "is not writable" if write and not bits & (1 << ua.AccessLevel.CurrentWrite) else ""
@@ -251,7 +242,8 @@ class ForeignMachine:
         """Write the number of the part to its node, and wait until the machine has begun it."""
         if "start" in self._nodes.machine:
             node = self._nodes.machine["start"]
-            state = (await self.link.write(writes({self._id(node): self._variant(node, part % _COUNTS)})))[0]
+            number = variant(self._types[node], part % _COUNTS)
+            state = (await self.link.write(writes({self._id(node): number})))[0]
             if state.is_bad():
                 raise ValueError(f"the machine at {self.link.url} began no part: {state.name}")
         until = time.monotonic() + _BEGUN
@@ -329,19 +321,13 @@ class ForeignMachine:
         """Values of a write list, in the machine's units and types."""
         places = self._nodes.commands
         values = {
-            self._id(places[name].node): self._variant(places[name].node, value / places[name].factor)
+            self._id(places[name].node): commanded(name, places[name], value, self._types[places[name].node])
             for name, value in command.items()
         }
         if beat is not None:
             node = self._nodes.machine["heartbeat"]
-            values[self._id(node)] = self._variant(node, beat % _COUNTS)
+            values[self._id(node)] = variant(self._types[node], beat % _COUNTS)
         return values
-
-    def _variant(self, node: str, value: float) -> ua.Variant:
-        kind = self._types[node]
-        if kind is ua.VariantType.Boolean:
-            return ua.Variant(bool(value), kind)
-        return ua.Variant(round(value) if kind.name in _INTEGERS else float(value), kind)
 
     async def refusal(self, command: Mapping[str, Any], state: ua.StatusCode) -> str:
         """Why the machine did not take a list; "": the part ended meanwhile."""

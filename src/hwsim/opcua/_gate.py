@@ -82,6 +82,7 @@ class Gate:
                     raise ConnectionError("it has ended")
                 told += more
         except OSError as error:
+            self.close()  # an answer that comes late is not that of the next line
             raise ConnectionError(f"the gate's process does not answer: {error}") from None
         kind, value = json.loads(told)
         return value if not kind else _raised(kind, value)

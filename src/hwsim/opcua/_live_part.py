@@ -128,6 +128,8 @@ class RemotePart:
             sent[name] = checked(name, value, told.accepts[name])
             if name in told.ranges:
                 within(name, sent[name], told.ranges[name], told.accepts[name])
+        if self._remote.table is not None:
+            self._remote.written(sent, None)  # what its types do not hold is refused here
         return sent
 
     def _happened(self) -> bool:
