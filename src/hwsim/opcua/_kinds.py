@@ -20,7 +20,7 @@ KINDS: Final = {
 """What a node must hold -> types that hold it; a control without bits uses whole numbers."""
 
 
-class Place(Protocol):
+class CommandNode(Protocol):
     """Where a command goes."""
 
     @property
@@ -32,7 +32,7 @@ class Place(Protocol):
         """From the machine's unit to that of the library."""
 
 
-def commanded(name: str, place: Place, value: Any, kind: ua.VariantType) -> ua.Variant:
+def commanded(name: str, place: CommandNode, value: Any, kind: ua.VariantType) -> ua.Variant:
     """A command in the machine's unit and type; ValueError for what its node does not hold."""
     if np.ndim(value):
         raise ValueError(f"{name} must be a number; got {value!r}")
