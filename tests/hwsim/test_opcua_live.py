@@ -226,6 +226,28 @@ def test_a_machine_without_a_heartbeat_makes_itself_safe_and_is_latched(axis):
     assert [command for _, command in axis.told] == [{"velocity": 2.0}, axis.safe, {"velocity": 4.0}]
 
 
+def test_another_session_does_not_keep_the_part_of_a_lost_one_alive():
+    axis = Axis(length=60.0)
+    beat = lambda k: ua.Variant(k, ua.VariantType.UInt32)  # noqa: E731
+
+    async def operate(url):
+        async with Client(url) as first:
+            space = await first.get_namespace_index(URI)
+            node = lambda client, path: client.get_node(ua.NodeId(f"Axis.{path}", space))  # noqa: E731
+            start = ua.NodeId("Axis.Start", space), ua.Variant(1, ua.VariantType.Int64), "7"
+            assert await first.get_node(ua.NodeId("Axis", space)).call_method(*start) == ""
+            await node(first, "Commands.heartbeat").write_value(beat(1))
+        async with Client(url) as other:
+            with pytest.raises(ua.uaerrors.BadUserAccessDenied):
+                await node(other, "Commands.heartbeat").write_value(beat(2))
+            while not (said := await node(other, "Production.aborted").read_value()):
+                await asyncio.sleep(0.02)
+            return said
+
+    with served(axis, timeout=0.2) as server:
+        assert asyncio.run(operate(server.url)) == "no heartbeat for more than 0.2 s"
+
+
 def test_writes_outside_the_range_and_nan_are_refused(axis):
     async def operate(url):
         async with Client(url) as client:

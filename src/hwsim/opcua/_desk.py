@@ -47,6 +47,7 @@ class FrontDesk:
         self._keys, self._failed = keys, Failures()
         self._space, self._told, self._driver, self._produced = space, told, driver, produced
         self._holder: Session | None = None
+        self._starter: Session | None = None  # of the last part
         self._sessions: set[Session] = set()
         self._commands = {space.node_id(f"Commands.{name}"): name for name in told.accepts}
         self._heartbeat = space.node_id("Commands.heartbeat")
@@ -113,7 +114,7 @@ class FrontDesk:
             raise ua.uaerrors.BadTooManyOperations
         if not await self._holds(session):
             return _all(entries, ua.StatusCodes.BadUserAccessDenied)
-        states = [self._state(entry) for entry in entries]
+        states = [self._state(session, entry) for entry in entries]
         if any(state.is_bad() for state in states):
             return states  # a list is one command: all of it or nothing
         command = {
@@ -143,12 +144,14 @@ class FrontDesk:
                 self._driver.beat(entry.Value.Value.Value)
                 await self._space.show("Commands.heartbeat", entry.Value.Value.Value)
 
-    def _state(self, entry: ua.WriteValue) -> ua.StatusCode:
+    def _state(self, session: Session, entry: ua.WriteValue) -> ua.StatusCode:
         """Status of one entry of a write list."""
         value = entry.Value.Value if entry.Value else None
         if entry.AttributeId != ua.AttributeIds.Value or value is None:
             return ua.StatusCode(ua.StatusCodes.BadUserAccessDenied)
         if entry.NodeId == self._heartbeat:
+            if self._starter not in (None, session):  # it is no sign of life of who started the part
+                return ua.StatusCode(ua.StatusCodes.BadUserAccessDenied)
             counts = isinstance(value.Value, int) and not isinstance(value.Value, bool)
             return ua.StatusCode(0 if counts else ua.StatusCodes.BadTypeMismatch)
         name = self._commands.get(entry.NodeId)
@@ -175,6 +178,8 @@ class FrontDesk:
         else:
             try:
                 result.OutputArguments = await method(*given)
+                if name == "Start" and not result.OutputArguments[0].Value:
+                    self._starter = session
             except Exception:
                 _log.exception("%s was not carried out", name)
                 result.StatusCode = ua.StatusCode(ua.StatusCodes.BadInvalidArgument)
