@@ -150,6 +150,20 @@ def test_a_law_of_thousands_of_knots_has_a_row_a_millisecond():
     assert np.diff(found.time).max() <= 0.004 * (1 + 1e-9) and found.error < 5e-5
 
 
+def test_the_bound_holds_for_every_method_and_the_page_of_a_trimmed_patch_is_written(tmp_path):
+    """A limit of acceleration along the path is of the trapezoid alone."""
+    hole = [(0.4, 0.4), (0.4, 0.6), (0.6, 0.6), (0.6, 0.4), (0.4, 0.4)]
+    patch = finishing.surface.Patch(
+        finishing.surface.flat_surface(40.0), [hole, [(0.1, 0.1), (0.1, 0.2), (0.2, 0.1), (0.1, 0.1)]]
+    )
+    path = finishing.zigzag(patch, pitch=12.0)
+    problem = finishing.FinishingProblem(path, acceleration=100.0)
+    slow, fast = (finishing.plan(problem, method=method) for method in ("trapezoid", "min_time"))
+    assert slow.lower_bound == fast.lower_bound < fast.duration < slow.duration
+    slow.report(tmp_path / "motion.html")
+    assert "2 arrays" in (tmp_path / "motion.html").read_text()
+
+
 def test_another_law_than_asked_for_is_told_and_kept(monkeypatch, tmp_path):
     def failed(*given):
         raise LawError("no step was found")

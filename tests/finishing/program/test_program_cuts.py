@@ -100,6 +100,14 @@ def test_what_is_refused(motion, most, tmp_path):
         finishing.read_program(tmp_path / "face1.src")
 
 
+def test_a_joint_that_passes_a_quarter_of_a_turn_between_samples():
+    """Joint 6 at 90 degrees where a move ends: the plan's samples are on either side."""
+    face = finishing.read_surfaces(Path(__file__).parents[2] / "data" / "step" / "nominal_hole_inch.step")[0]
+    path = finishing.zigzag(face, pitch=6.0)
+    motion = finishing.plan(finishing.FinishingProblem(path, robot=UR10, placement=(650.0, -25.0, 100.0)))
+    assert motion.program("rapid").check().deviation <= 0.02
+
+
 def test_without_a_lift_nothing_is_cut(monkeypatch):
     monkeypatch.setattr(program_module, "_POINTS", 50)
     told = r"deviation must be greater: krl takes 50 points in a program, and these are \d+ without a lift"

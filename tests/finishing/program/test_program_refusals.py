@@ -237,3 +237,11 @@ def test_places_are_matched_as_by_the_twin():
     segment, share, away = np.empty(117, dtype=np.int64), np.empty(117), np.empty(117)
     match(nodes, places, segment, share, away)
     assert np.allclose(np.stack([segment, share, away], axis=1), slow_match(nodes, places), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("target", "name"), [("urscript", "movel"), ("krl", "LIN"), ("rapid", "Stop"), ("krl", "ptp")]
+)
+def test_words_of_the_languages_are_no_names(target, name):
+    with pytest.raises(ValueError, match="no word of it; got"):
+        planned("small").program(target, name=name)

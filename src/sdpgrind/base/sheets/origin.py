@@ -92,6 +92,8 @@ def _value(value: Any) -> Any:
         return "none"
     if isinstance(value, Mapping):
         return ", ".join(f"{name}: {_value(each)}" for name, each in value.items())
+    if isinstance(value, tuple | list) and any(isinstance(each, np.ndarray) for each in value):
+        return f"{sum(map(np.size, value))} values in {len(value)} arrays"
     if isinstance(value, tuple | list | np.ndarray) and np.size(value) <= SHORT:
         return ", ".join(f"{each:.6g}" if isinstance(each, float) else str(each) for each in value)
     if isinstance(value, tuple | list | range | np.ndarray):

@@ -37,12 +37,12 @@ def limits_of(problem: FinishingProblem, method: str) -> tuple[JointLimits, floa
     return limits, problem.acceleration if method == "trapezoid" else None
 
 
-def least_duration(problem: FinishingProblem, method: str) -> float:
+def least_duration(problem: FinishingProblem) -> float:
     """Duration, s, that no law on the path of a problem is below, resting at its sharp corners."""
     samples = samples_of(problem.path)
-    limits, pace = limits_of(problem, method)
+    limits, _ = limits_of(problem, "min_time")
     runs = runs_of(samples, posture_of(problem, samples)[0].joints)
-    return lower_bound(runs, limits, feed_rate=feeds_of(problem, samples), acceleration=pace)
+    return lower_bound(runs, limits, feed_rate=feeds_of(problem, samples))
 
 
 def feeds_of(problem: FinishingProblem, samples: PathSamples) -> float | list[float]:

@@ -224,10 +224,10 @@ class Motion(Plan):
     def lower_bound(self) -> float:
         """Duration that no time law on this path and in this posture is below, s; see `timing.lower_bound`.
 
-        It is proved, and does without limits of jerk: where these rule, it is far below what is possible. The
-        joints along the path are found again for it.
+        It is proved, and does without limits of jerk and of acceleration along the path: where these rule, it
+        is far below what is possible. The joints along the path are found again for it.
         """
-        return least_duration(self.problem, self.method)
+        return least_duration(self.problem)
 
     @property
     def gap(self) -> float:

@@ -14,8 +14,10 @@ def check_configuration(path: Any, joints: Floats, block: Any, branch: int) -> N
     if path.configuration.shape[1] == 0:
         return
     ends = np.searchsorted(block, np.arange(len(path.feeds)), side="right") - 1
-    here = joints[np.clip(ends, 0, len(joints) - 1)]
-    low, high = (_configured(path.target, here + turn, branch) for turn in (-_ROUNDING, _ROUNDING))
+    # The move ends between two samples of the plan.
+    before, after = (joints[np.clip(ends + k, 0, len(joints) - 1)] for k in (0, 1))
+    low = _configured(path.target, np.minimum(before, after) - _ROUNDING, branch)
+    high = _configured(path.target, np.maximum(before, after) + _ROUNDING, branch)
     told = path.configuration
     if path.target == "rapid":
         fits = np.all((told == low) | (told == high), axis=1)

@@ -32,6 +32,7 @@ from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing._program.table import table
 from sdpgrind.finishing._program.turns import turns_of
 from sdpgrind.finishing.arm._serial import SerialRobot
+from sdpgrind.finishing.path._lifted_path import LiftedPath
 
 TARGETS = ("urscript", "rapid", "krl", "csv")
 ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv"}
@@ -40,7 +41,15 @@ _USUAL, _TYPICAL = (0.002, 5.0), 0.02  # mm, chosen: rounding of the numbers to 
 _NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60}
 _POINTS = 5000  # source: specification, size of a KRL program that its editor takes
 _SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
-_RESERVED = frozenset({"def", "end", "module", "endmodule", "proc", "if", "while", "for", "return", "thread"})
+# source: words of URScript, RAPID and KRL that a program of ours uses, or that no program may be called
+_WORDS = (
+    "def end module endmodule proc endproc if elif else endif while for return thread halt exit stop stopl",
+    "stopj movej movel movec movep servoj set_tcp pose_trans pose_inv p work true false and or not global",
+    "local sleep moveabsj speeddata zonedata tooldata wobjdata robtarget jointtarget pers const var num bool",
+    "string tperror lin ptp circ bas wait int real frame pos axis e6pos signal loop repeat until switch case",
+    "default enum",
+)
+_RESERVED = frozenset(" ".join(_WORDS).split())
 
 
 @dataclass(frozen=True, repr=False)
@@ -193,7 +202,8 @@ def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date:
     yield f"{name}: {motion.length[-1]:.1f} mm of path in {motion.time[-1]:.3f} s" + (
         f", {date}" if date else ""
     )
-    yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {problem.feed_rate:g} mm/s"
+    air = f", {problem.path.lift.air_feed:g} in the air" if isinstance(problem.path, LiftedPath) else ""
+    yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {problem.feed_rate:g} mm/s{air}"
     yield f"deviation: contact within {deviation:g} mm of the plan; a turn of the tool counts"
     yield f"times the lever arm of {problem.lever_arm:g} mm"
     if target == "csv":
