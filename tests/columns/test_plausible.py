@@ -185,6 +185,7 @@ def described():
 
 # names of a field that mean another quantity than the column: a tolerance of programs, an angle of a step
 ANOTHER = {
+    "height",  # of a lift; that of a bead is measured
     "deviation",
     "angle",
     "acceleration",

@@ -303,8 +303,8 @@ def stated_twice(source, declared):
 
 
 ARGUMENTS = {
-    # of wave, of zigzag
-    "hwsim/command/_finishing/toml.py": [("amplitude", "mm"), ("phase", "rad"), ("radius", "mm")],
+    "hwsim/command/_finishing/toml.py": [("amplitude", "mm"), ("phase", "rad")],  # of wave
+    "hwsim/command/_finishing/surface_toml.py": [("margin", "mm"), ("radius", "mm")],  # of zigzag
     "hwsim/command/_centering/toml.py": [("spindle_speed", "rad/s")],  # of plan
 }
 """What a file gives to functions, which no class declares, though a field elsewhere has the name and the unit."""

@@ -192,7 +192,7 @@ def test_refused_zigzags(wrong, message):
 
 
 def test_refused_surface():
-    with pytest.raises(TypeError, match=r"^surface must be a Surface; got 3.0$"):
+    with pytest.raises(TypeError, match=r"^surface must be a Surface or a Patch; got 3.0$"):
         zigzag(3.0, 1.0)
 
 

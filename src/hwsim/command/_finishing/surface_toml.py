@@ -45,9 +45,10 @@ def _of_file(table: Table, folder: Path) -> Patch:
 
 def _region(table: Table) -> finishing.Region:
     """Region of a scan."""
-    options: dict[str, Any] = {**table.given({"crease": "rad", "empty_max": "1"})}
+    units = units_of(finishing.Region)
+    options: dict[str, Any] = {**table.given({name: units[name] for name in ("crease", "empty_max")})}
     if table.has("seed"):
-        options["seed"] = table.list_of("seed", "mm")
+        options["seed"] = table.list_of("seed", units["seed"])
     if table.has("box"):
         options["box"] = table.take("box")
     table.done()

@@ -337,7 +337,8 @@ class Motion(Plan):
     def dataset(self) -> xr.Dataset:
         """Rows and problem as labelled arrays: lengths in mm, angles in rad, times in s."""
         told = {"problem": stored.encode(self.problem), "method": self.method}
-        told["other_law"] = self.other_law
+        if self.other_law:
+            told["other_law"] = self.other_law
         told["posture"], told["worst_violation"] = written(self.posture), json.dumps(self.worst_violation)
         return self._data.assign_attrs(told)
 
