@@ -1,0 +1,92 @@
+"""Proofs that no placement brings a robot along a path.
+
+Each is a necessary condition, held against every origin (in the box, where one is given), every turn of the
+work and every azimuth of the tool; only positions of joints count. What remains free is what makes them
+proofs: see `_table`, `_reach` and `_box` for the conditions and `_azimuths` for the azimuths.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.placement._box import height_from_box, table_from_box, wrist_from_box
+from sdpgrind.finishing.placement._grid import FREE
+from sdpgrind.finishing.placement._proof import Condition, Proof, Shortfall, failing
+from sdpgrind.finishing.placement._reach import ball_needed, reach_of
+from sdpgrind.finishing.placement._table import table_room, wrist_extent
+from sdpgrind.finishing.placement._task import PlacingTask
+from sdpgrind.finishing.placement._worth import Sides
+
+
+class _Rule(NamedTuple):
+    """A condition, its name, and the sentence that says what fails."""
+
+    name: str
+    holds: Condition
+    sentence: str
+
+
+def proof_of(task: PlacingTask, sides: Sides) -> Proof | None:
+    """Return a proof that there is no placement with its origin within the sides; None: none was found."""
+    for rule in _rules(task, sides):
+        found = failing(task, rule.holds)
+        if found is not None:
+            return Proof(rule.name, found.needed, found.available, "mm", _sentence(task, rule, found))
+    return None
+
+
+def _sentence(task: PlacingTask, rule: _Rule, found: Shortfall) -> str:
+    free = "at any turn of the work and azimuth of the tool" if task.turns_freely else "at any turn of the work"
+    numbers = {"needed": f"{found.needed:.6g}", "available": f"{found.available:.6g}", "axis": found.axis}
+    return f"{rule.name}: {rule.sentence.format(**numbers, free=free)}"
+
+
+def _rules(task: PlacingTask, sides: Sides) -> list[_Rule]:
+    robot = task.robot
+    if isinstance(robot, Arm):
+        rules = [
+            _Rule(
+                "span",
+                lambda task, over: table_room(robot, task, over),
+                "{free} the path needs {needed} mm of the table along {axis}; it has {available} mm",
+            ),
+            _Rule(
+                "height",
+                lambda task, over: wrist_extent(robot, task, over),
+                "{free} the wrist has to rise by {needed} mm at its radius; q2 and q3 leave {available} mm",
+            ),
+        ]
+        if sides != FREE:
+            rules += [
+                _Rule(
+                    "reach",
+                    partial(table_from_box, robot, sides),
+                    "with its origin in the box, {free} some contact is {needed} mm beyond the table",
+                ),
+                _Rule(
+                    "height",
+                    partial(height_from_box, robot, sides),
+                    "with its origin in the box, {free} some contact is {needed} mm beyond the wrist's travel",
+                ),
+            ]
+        return rules
+    reach = reach_of(robot)
+    if reach is None:
+        return []
+    rules = [
+        _Rule(
+            "reach",
+            partial(ball_needed, reach),
+            "{free} the wrist has to come {needed} mm from any point on axis 1; the links reach {available} mm",
+        )
+    ]
+    if sides != FREE:
+        rules.append(
+            _Rule(
+                "reach",
+                partial(wrist_from_box, reach, sides),
+                "with its origin in the box, {free} the wrist has to come {needed} mm from axis 1 at the height"
+                " of axis 2; the links reach {available} mm",
+            )
+        )
+    return rules
