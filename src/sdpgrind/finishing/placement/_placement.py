@@ -49,8 +49,11 @@ class Placement:
         return f"Placement(not found; best try: {told}, worth {self.worth:.3g}, {self.why}; {LIMITS_ONLY})"
 
     def plot(self) -> Any:
-        """Draw robot, work and path in the base, mm, from the side and from above."""
-        return pictures.drawn("sdpgrind.finishing._problem.placement_picture:plot", self)
+        """Draw robot and path in the base from above and from the side, mm, and what the joints take of their limits.
+
+        With a proof: what is needed and what is available.
+        """
+        return pictures.drawn("sdpgrind.finishing.placement._picture:plot", self)
 
 
 def placed_at(problem: Any) -> str:

@@ -36,7 +36,9 @@ def proof_of(task: PlacingTask, sides: Sides) -> Proof | None:
 
 
 def _sentence(task: PlacingTask, rule: _Rule, found: Shortfall) -> str:
-    free = "at any turn of the work and azimuth of the tool" if task.turns_freely else "at any turn of the work"
+    free = (
+        "at any turn of the work and azimuth of the tool" if task.turns_freely else "at any turn of the work"
+    )
     numbers = {"needed": f"{found.needed:.6g}", "available": f"{found.available:.6g}", "axis": found.axis}
     return f"{rule.name}: {rule.sentence.format(**numbers, free=free)}"
 
@@ -61,12 +63,12 @@ def _rules(task: PlacingTask, sides: Sides) -> list[_Rule]:
                 _Rule(
                     "reach",
                     partial(table_from_box, robot, sides),
-                    "with its origin in the box, {free} some contact is {needed} mm beyond the table",
+                    "with the origin in the box, {free} some contact is {needed} mm beyond the table",
                 ),
                 _Rule(
                     "height",
                     partial(height_from_box, robot, sides),
-                    "with its origin in the box, {free} some contact is {needed} mm beyond the wrist's travel",
+                    "with the origin in the box, {free} some contact is {needed} mm beyond the wrist's travel",
                 ),
             ]
         return rules
@@ -77,7 +79,8 @@ def _rules(task: PlacingTask, sides: Sides) -> list[_Rule]:
         _Rule(
             "reach",
             partial(ball_needed, reach),
-            "{free} the wrist has to come {needed} mm from any point on axis 1; the links reach {available} mm",
+            "{free} the smallest ball around the wrist along the path has a radius of {needed} mm; the links reach"
+            " {available} mm",
         )
     ]
     if sides != FREE:
@@ -85,8 +88,8 @@ def _rules(task: PlacingTask, sides: Sides) -> list[_Rule]:
             _Rule(
                 "reach",
                 partial(wrist_from_box, reach, sides),
-                "with its origin in the box, {free} the wrist has to come {needed} mm from axis 1 at the height"
-                " of axis 2; the links reach {available} mm",
+                "with the origin in the box, {free} the wrist has to be {needed} mm from the shoulder on axis 1 at some"
+                " contact; the links reach {available} mm",
             )
         )
     return rules

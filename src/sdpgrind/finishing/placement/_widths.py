@@ -9,7 +9,6 @@ from scipy.spatial import ConvexHull, QhullError
 from sdpgrind.base.checks import Floats
 
 
-
 class Room(NamedTuple):
     """Turn (rad) at which points fit a rectangle best, and what they need there along x and y, mm."""
 
