@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
-from sdpgrind.finishing._problem.joint_runs import posture_of, samples_of
+from sdpgrind.finishing._problem.joint_runs import PostureError, posture_of, samples_of
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.placement._grid import FREE, grid, in_base, sifted
 from sdpgrind.finishing.placement._placement import Placement
@@ -32,13 +33,13 @@ def place(
     """Search a placement of the work, with a turn about z and an azimuth of the tool, or prove there is none.
 
     Compared are origins on a grid of 50 mm, 8 turns of the work and, with a fixed heading, 8 azimuths of the
-    tool, by their least margin at 30 poses spread over the path; one of each pair of turn and azimuth, at most
-    20, is refined. The first that takes the robot along the whole path, by rank, is the placement. Time laws
-    are not looked at: `plan` does that. **Collisions are not looked at.**
+    tool, by their least margin at 30 poses spread over the path. The best of each pair of turn and azimuth is
+    refined, 20 of them at most. The placement is the first by rank that takes the robot along the whole path.
+    Time laws are left to `plan`. **Collisions are not looked at.**
 
-    A proof is a necessary condition that fails for every origin, turn and azimuth, with its numbers: travel of
-    a table or of the wrist ("span", "height"), distance from the first axis ("reach"). Where none is found and
-    no placement either, the answer is "not found", not "impossible".
+    A proof is a necessary condition that fails for every origin, turn and azimuth, with its numbers: travel
+    of a table or of the wrist ("span", "height"), distance from the first axis ("reach"). Where there is
+    neither a proof nor a placement, the answer is "not found", not "impossible".
 
     Parameters
     ----------
@@ -74,11 +75,19 @@ def place(
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
     sides = _sides(box)
     progress(0.0, "conditions that every placement must fulfil")
+    _refuse_corners(problem)
     task = placing_task(problem)
     proof = proof_of(task, sides)
     if proof is not None:
         return Placement(False, None, proof, None, math.nan)
     return _searched(problem, task, sides, progress)
+
+
+def _refuse_corners(problem: FinishingProblem) -> None:
+    """Raise where a tool along the feed would turn at a sharp corner, wherever the work is."""
+    if problem.heading == "feed_aligned":
+        with suppress(PostureError):
+            posture_of(problem.replace(placement=(0.0, 0.0, 0.0)), problem.path.sample(per_leg=1))
 
 
 def placing_task(problem: FinishingProblem) -> PlacingTask:

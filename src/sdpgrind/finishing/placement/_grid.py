@@ -9,15 +9,17 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._robot import Robot
+from sdpgrind.finishing.placement._azimuths import ranges
 from sdpgrind.finishing.placement._reach import reach_of
 from sdpgrind.finishing.placement._table import wrist_heights, wrist_travels
-from sdpgrind.finishing.placement._azimuths import ranges
 from sdpgrind.finishing.placement._task import PlacingTask
 from sdpgrind.finishing.placement._worth import Rows, Sides, rated
 
 STEP = 50.0  # mm, chosen (spec): distance of the origins of the grid
 TURNS = 8  # chosen (spec): turns of the work, and azimuths of the tool
-ORIGINS_MAX = 4000  # chosen: origins of a grid, whose step is wider where there would be more
+# chosen: origins of a grid, whose step is wider where there would be more; of a robot of a kind that is not
+# known, whose singular poses cost some 0.1 ms a branch
+ORIGINS_MAX, FEW_ORIGINS = 4000, 125
 STAGES = (2, 8)  # chosen: poses on which placements are tried before all: most fall at the first two
 KEPT = 4000  # chosen: placements that are rated by all poses
 GUESSES = 256  # chosen: joints whose poses tell the reach of a robot of a kind that is not known
@@ -51,22 +53,25 @@ def _origins(task: PlacingTask, sides: Sides, turn: float) -> Floats:
     if isinstance(robot, Arm):
         heights = _line(*_heights(robot, task, sides[2]))
         return np.column_stack([np.zeros((len(heights), 2)), heights])
-    if sides != FREE:
-        return _mesh([_line(*side) for side in sides])
     reach = reach_of(robot)
+    if sides != FREE:
+        return _mesh([_line(*side) for side in sides], ORIGINS_MAX if reach else FEW_ORIGINS)
     centre = task.point.mean(axis=0)
     c, s = math.cos(turn), math.sin(turn)
     centre = np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1], centre[2]])
     if reach is None or not reach.upright:
-        return _mesh([_line(*side) for side in _guessed(robot)]) - centre
+        return _mesh([_line(*side) for side in _guessed(robot)], FEW_ORIGINS) - centre
     ahead = _line(0.0, reach.distance)
-    return _mesh([ahead, np.zeros(1), _line(-reach.distance, reach.distance)]) + reach.foot - centre
+    return (
+        _mesh([ahead, np.zeros(1), _line(-reach.distance, reach.distance)], ORIGINS_MAX) + reach.foot - centre
+    )
 
 
 def _heights(arm: Arm, task: PlacingTask, side: tuple[float, float]) -> tuple[float, float]:
     """Heights of the origin at which the wrist gets to some contact, within the box, mm."""
     wrist = np.concatenate([wrist_heights(arm, task, over.middle())[0] for over in ranges(task)])
-    travels = wrist_travels(arm)
+    longest = arm.a2 + arm.a3
+    travels = np.clip(wrist_travels(arm), -longest, longest)
     low = arm.d1 + min(travel[0] for travel in travels) - float(wrist.max())
     high = arm.d1 + max(travel[1] for travel in travels) - float(wrist.min())
     return float(np.clip(low, *side)), float(np.clip(high, *side))
@@ -87,9 +92,9 @@ def _line(low: float, high: float) -> Floats:
     return np.linspace(low, high, max(1, math.ceil((high - low) / STEP - 1e-9)) + (high > low))
 
 
-def _mesh(lines: list[Floats]) -> Floats:
-    """All combinations of places along x, y, z, (k, 3), of fewer places where there are too many."""
-    while math.prod(map(len, lines)) > ORIGINS_MAX:
+def _mesh(lines: list[Floats], count: int) -> Floats:
+    """All combinations of places along x, y, z, (k, 3), of fewer places where they are more than a count."""
+    while math.prod(map(len, lines)) > count:
         most = max(range(3), key=lambda k: len(lines[k]))
         lines[most] = np.linspace(lines[most][0], lines[most][-1], len(lines[most]) - 1)
     return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -21,7 +21,7 @@ class Placement:
     found : bool
         Whether the robot takes the whole path within its limits.
     problem : FinishingProblem or None
-        The problem with its placement (mm, rad) and azimuth (rad), ready to plan; None where nothing was found.
+        The problem with its placement (mm, rad) and azimuth (rad), ready to plan; None where none was found.
     proof : Proof or None
         Why no placement exists, in numbers; None where one was found, or it is not known whether one exists.
     best : FinishingProblem or None
@@ -49,7 +49,7 @@ class Placement:
         return f"Placement(not found; best try: {told}, worth {self.worth:.3g}, {self.why}; {LIMITS_ONLY})"
 
     def plot(self) -> Any:
-        """Draw robot and path in the base from above and from the side, mm, and what the joints take of their limits.
+        """Draw robot and path in the base, mm, from above and from the side, and the ranges of the joints.
 
         With a proof: what is needed and what is available.
         """

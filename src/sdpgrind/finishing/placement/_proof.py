@@ -53,7 +53,7 @@ class Shortfall(NamedTuple):
 
 
 Condition = Callable[[PlacingTask, AzimuthRange], Shortfall]
-"""Shortfall over a range of azimuths: at most the least one in it, and the very one where it is one azimuth."""
+"""Shortfall over a range of azimuths: at most the least one in it; exact where the range is one azimuth."""
 
 
 def failing(task: PlacingTask, condition: Condition) -> Shortfall | None:

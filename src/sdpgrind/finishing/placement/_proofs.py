@@ -12,7 +12,7 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.placement._box import height_from_box, table_from_box, wrist_from_box
 from sdpgrind.finishing.placement._grid import FREE
 from sdpgrind.finishing.placement._proof import Condition, Proof, Shortfall, failing
-from sdpgrind.finishing.placement._reach import ball_needed, reach_of
+from sdpgrind.finishing.placement._reach import Reach, ball_needed, reach_of
 from sdpgrind.finishing.placement._table import table_room, wrist_extent
 from sdpgrind.finishing.placement._task import PlacingTask
 from sdpgrind.finishing.placement._worth import Sides
@@ -44,52 +44,44 @@ def _sentence(task: PlacingTask, rule: _Rule, found: Shortfall) -> str:
 
 
 def _rules(task: PlacingTask, sides: Sides) -> list[_Rule]:
-    robot = task.robot
+    """Conditions that concern a robot: without a box, then with it."""
+    robot, boxed = task.robot, sides != FREE
     if isinstance(robot, Arm):
-        rules = [
-            _Rule(
-                "span",
-                lambda task, over: table_room(robot, task, over),
-                "{free} the path needs {needed} mm of the table along {axis}; it has {available} mm",
-            ),
-            _Rule(
-                "height",
-                lambda task, over: wrist_extent(robot, task, over),
-                "{free} the wrist has to rise by {needed} mm at its radius; q2 and q3 leave {available} mm",
-            ),
-        ]
-        if sides != FREE:
-            rules += [
-                _Rule(
-                    "reach",
-                    partial(table_from_box, robot, sides),
-                    "with the origin in the box, {free} some contact is {needed} mm beyond the table",
-                ),
-                _Rule(
-                    "height",
-                    partial(height_from_box, robot, sides),
-                    "with the origin in the box, {free} some contact is {needed} mm beyond the wrist's travel",
-                ),
-            ]
-        return rules
+        return _of_table(robot) + (_of_table_in_box(robot, sides) if boxed else [])
     reach = reach_of(robot)
     if reach is None:
         return []
-    rules = [
-        _Rule(
-            "reach",
-            partial(ball_needed, reach),
-            "{free} the smallest ball around the wrist along the path has a radius of {needed} mm; the links reach"
-            " {available} mm",
-        )
+    return [_of_reach(reach)] + ([_of_reach_in_box(reach, sides)] if boxed else [])
+
+
+def _of_table(arm: Arm) -> list[_Rule]:
+    span = "{free} the path needs {needed} mm of the table along {axis}; it has {available} mm"
+    height = "{free} the wrist has to rise by {needed} mm at its radius; q2 and q3 leave {available} mm"
+    return [
+        _Rule("span", partial(table_room, arm), span),
+        _Rule("height", partial(wrist_extent, arm), height),
     ]
-    if sides != FREE:
-        rules.append(
-            _Rule(
-                "reach",
-                partial(wrist_from_box, reach, sides),
-                "with the origin in the box, {free} the wrist has to be {needed} mm from the shoulder on axis 1 at some"
-                " contact; the links reach {available} mm",
-            )
-        )
-    return rules
+
+
+def _of_table_in_box(arm: Arm, sides: Sides) -> list[_Rule]:
+    beyond = "with the origin in the box, {free} some contact is {needed} mm beyond the travel of the "
+    return [
+        _Rule("reach", partial(table_from_box, arm, sides), beyond + "table"),
+        _Rule("height", partial(height_from_box, arm, sides), beyond + "wrist"),
+    ]
+
+
+def _of_reach(reach: Reach) -> _Rule:
+    sentence = (
+        "{free} the smallest ball around the wrist along the path has a radius of {needed} mm; the links"
+        " reach {available} mm"
+    )
+    return _Rule("reach", partial(ball_needed, reach), sentence)
+
+
+def _of_reach_in_box(reach: Reach, sides: Sides) -> _Rule:
+    sentence = (
+        "with the origin in the box, {free} the wrist is {needed} mm from the shoulder on axis 1 at some"
+        " contact; the links reach {available} mm"
+    )
+    return _Rule("reach", partial(wrist_from_box, reach, sides), sentence)

@@ -3,7 +3,7 @@
 Behind the first joint the wrist of a robot in closed form lies at (rho, z) in the plane of the arm, at the
 constant offset e across, with |(rho - a1, z)| <= a2 + a3: so it is at most hypot(|a1| + a2 + a3, e) from the
 foot of axis 2 on axis 1. With parallel axes (UR) the point where axes 5 and 6 meet is two perpendicular links
-a4 and d5 farther in that plane: hypot(a4, d5) more. Any other chain reaches no farther than its links are long.
+a4 and d5 farther in that plane: hypot(a4, d5) more. No other chain reaches farther than its links are long.
 
 The point is fixed in the tool, so that the path tells all places of it up to the placement, which turns and
 shifts them together. In a ball of that reach fits only what has a smallest ball of no greater radius.

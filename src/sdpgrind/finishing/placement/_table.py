@@ -1,14 +1,14 @@
-"""What a path asks of the arm and its table, whatever the placement: travel of the table, height of the wrist.
+"""What a path asks of the arm and its table, whatever the placement: room of the table, heights of the wrist.
 
-Frame P of a contact c lies at p = c - R z, with the lever arm R and the tool axis z. The wrist is at the radius
-r from the first axis, in the direction e = +-z_xy/|z_xy| of the first joint (+: tool forward), and d5 behind P
-along z. In the frame of the surface the table has to be at
+Frame P of a contact c lies at p = c - R z, with the lever arm R and the tool axis z. The wrist is at the
+radius r from the first axis, in the direction e = +-z_xy/|z_xy| of the first joint (+: tool forward), and d5
+behind P along z. In the frame of the surface the table has to be at
 
     s = r e + (d5 + R) z_xy - c_xy
 
 and the wrist at the height c_z - (R + d5) z_z, but for the placement: that turns all s about z, shifts them
 together, and shifts all heights together. So the table needs the least room of all s (`least_room`), and the
-wrist the extent of the heights, whatever turn and origin. Both may be held against their travel.
+wrist the extent of the heights, whatever turn and origin.
 """
 
 import math

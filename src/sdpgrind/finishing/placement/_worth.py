@@ -1,4 +1,4 @@
-"""Worth of placements: the least margin of the joints, and of the distance from singular poses, on some poses."""
+"""Worth of placements: the least margin of the joints and distance from singular poses."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ LOST = -1.0  # worth of poses out of reach, less their share; a joint beyond its
 
 
 class Rows(NamedTuple):
-    """Placements: origin (k, 3) in the base, mm, turn about z and azimuth of the tool on the work (k,), rad."""
+    """Placements: origins (k, 3) in the base, mm, turns about z and azimuths on the work (k,), rad."""
 
     origin: Floats
     turn: Floats
@@ -115,7 +115,10 @@ def _margins(robot: Robot, joints: Floats) -> Floats:
     known = np.where(lost[..., None], middle(robot), joints)
     low, high = np.array(robot.position_min), np.array(robot.position_max)
     share = (np.minimum(known - low, high - known) / (high - low)).min(axis=3)
-    singular = np.min(list(robot.singularities(known).values()), axis=0)
-    each = np.maximum(np.where(lost, np.inf, np.minimum(share, singular)).min(axis=1), LOST)
+    inside = ~lost & (share > 0)  # beyond a limit it does not matter how singular a pose is
+    if inside.any():
+        singular = np.min(list(robot.singularities(known[inside]).values()), axis=0)
+        share[inside] = np.minimum(share[inside], singular)
+    each = np.maximum(np.where(lost, np.inf, share).min(axis=1), LOST)
     out: Floats = np.where(lost.any(axis=1), LOST - lost.mean(axis=1), each)
     return out
