@@ -60,11 +60,12 @@ def _origins(task: PlacingTask, sides: Sides, turn: float) -> Floats:
     c, s = math.cos(turn), math.sin(turn)
     centre = np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1], centre[2]])
     if reach is None or not reach.upright:
-        return _mesh([_line(*side) for side in _guessed(robot)], FEW_ORIGINS) - centre
+        guessed: Floats = _mesh([_line(*side) for side in _guessed(robot)], FEW_ORIGINS) - centre
+        return guessed
     ahead = _line(0.0, reach.distance)
-    return (
-        _mesh([ahead, np.zeros(1), _line(-reach.distance, reach.distance)], ORIGINS_MAX) + reach.foot - centre
-    )
+    up = _line(-reach.distance, reach.distance)
+    out: Floats = _mesh([ahead, np.zeros(1), up], ORIGINS_MAX) + reach.foot - centre
+    return out
 
 
 def _heights(arm: Arm, task: PlacingTask, side: tuple[float, float]) -> tuple[float, float]:

@@ -29,7 +29,7 @@ def plot(placement: "Placement") -> Any:
     poses, tips = _along(placement.best)
     joints = _joints(placement.best.robot, poses)
     figure, (above, beside, shares) = pictures.subplots(1, 3, (13.0, 4.6), width_ratios=(1, 1, 0.9))
-    for axis, (first, second) in zip((above, beside), ("xy", "xz"), strict=True):
+    for axis, first, second in ((above, "x", "y"), (beside, "x", "z")):
         _draw_view(axis, placement.best, joints, tips, "xyz".index(second))
         axis.set_xlabel(pictures.label(f"{first} of the base", "mm"))
         axis.set_ylabel(pictures.label(f"{second} of the base", "mm"))

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from sdpgrind.finishing.placement._azimuths import AzimuthRange, ranges
 from sdpgrind.finishing.placement._task import PlacingTask
 
-RANGES_MAX = 512  # chosen: ranges of azimuths after which no proof is found; some seconds
-SHARP = 0.02  # chosen: share of the excess by which a proof may be blunter than the condition itself
+RANGES_MAX = 400  # chosen: ranges of azimuths after which no proof is found; some seconds
+SHARP = 0.25  # chosen: share of the excess by which a proof may be blunter than the condition itself
 
 
 @dataclass(frozen=True)

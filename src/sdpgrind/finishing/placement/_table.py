@@ -24,7 +24,7 @@ from sdpgrind.finishing.placement._proof import Shortfall
 from sdpgrind.finishing.placement._task import PlacingTask
 from sdpgrind.finishing.placement._widths import least_room
 
-SHARES = (0.25, 0.5, 1.0)  # chosen: shares of the contacts, those that move least, on which a bound is tried
+SHARES = (0.5, 1.0)  # chosen: shares of the contacts, those that move least, on which a bound is tried
 # unit 1 and rad, chosen: level part of a tool axis without azimuth, and more travel than limits leave; both
 # far above rounding, and neither makes a proof false
 LOOSE = 1e-8
@@ -38,7 +38,8 @@ def table_room(arm: Arm, task: PlacingTask, over: AzimuthRange) -> Shortfall:
     found = []
     for radius, side in product(arm.wrist_radii, (1.0, -1.0)):
         places, off = table_places(arm, task, over, side * radius)
-        found.append(max((_room(places, off, share, sides) for share in SHARES), key=lambda s: s.excess))
+        shares = SHARES if off.any() else SHARES[-1:]
+        found.append(max((_room(places, off, share, sides) for share in shares), key=lambda s: s.excess))
     return min(found, key=lambda shortfall: shortfall.excess)
 
 

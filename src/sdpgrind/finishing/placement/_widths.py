@@ -47,7 +47,8 @@ def widths(points: Floats, turns: Floats) -> Floats:
 def _hull(points: Floats) -> Floats:
     """Corners of the convex hull in order; the ends where all lie on a line."""
     try:
-        return points[ConvexHull(points).vertices]
+        corners: Floats = points[ConvexHull(points).vertices]
+        return corners
     except (QhullError, ValueError):
         away = points - points.mean(axis=0)
         along = away @ np.linalg.svd(away, full_matrices=False)[2][0]

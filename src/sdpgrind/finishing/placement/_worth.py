@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._robot import Robot, middle
 from sdpgrind.finishing.placement._task import PlacingTask
@@ -111,11 +111,11 @@ def _centred(arm: Arm, joints: Floats, sides: Sides) -> tuple[Floats, Floats]:
 
 def _margins(robot: Robot, joints: Floats) -> Floats:
     """Worth of every branch, (k, b), of joints (k, p, b, n)."""
-    lost = np.isnan(joints).any(axis=3)
+    lost: Bools = np.asarray(np.isnan(joints).any(axis=3))
     known = np.where(lost[..., None], middle(robot), joints)
     low, high = np.array(robot.position_min), np.array(robot.position_max)
     share = (np.minimum(known - low, high - known) / (high - low)).min(axis=3)
-    inside = ~lost & (share > 0)  # beyond a limit it does not matter how singular a pose is
+    inside = np.asarray(~lost & (share > 0))  # beyond a limit it does not matter how singular a pose is
     if inside.any():
         singular = np.min(list(robot.singularities(known[inside]).values()), axis=0)
         share[inside] = np.minimum(share[inside], singular)
