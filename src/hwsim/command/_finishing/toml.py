@@ -121,7 +121,7 @@ def _problem(
     if searched:
         table.text("placement", ("search",))
     elif box is not None:
-        raise ValueError('tool.placement_box must be left out unless placement = "search"; got both')
+        raise ValueError(f'tool.placement_box must be left out unless placement = "search"; got {box!r}')
     table.done()
     problem = table.made(finishing.FinishingProblem, path, **options)
     return _placed(table, problem, box) if searched else problem
