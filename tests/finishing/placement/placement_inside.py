@@ -9,11 +9,11 @@ from sdpgrind.finishing.placement._reach import reach_of
 from sdpgrind.finishing.placement._table import wrist_travels
 from sdpgrind.finishing.placement._task import ToolHold, spread, task_of
 from sdpgrind.finishing.placement._widths import least_room, widths
-from sdpgrind.finishing.placement._worth import Rows, rated
+from sdpgrind.finishing.placement._worth import PlacementRows, rated
 
 __all__ = [
     "AzimuthRange",
-    "Rows",
+    "PlacementRows",
     "ToolHold",
     "enclosing_ball",
     "in_base",

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from placement_inside import Rows, on_work, placing_task, rated, spread
+from placement_inside import PlacementRows, on_work, placing_task, rated, spread
 
 from sdpgrind import finishing
 from sdpgrind.finishing import FinishingProblem
@@ -69,7 +69,7 @@ def test_the_worth_is_the_least_margin_at_thirty_poses(placed):
     turns = np.arange(8) * np.pi / 4
     for t in turns:
         for a in turns:
-            many = Rows(np.array(grid), np.full(6, t), np.full(6, on_work(a, t)))
+            many = PlacementRows(np.array(grid), np.full(6, t), np.full(6, on_work(a, t)))
             assert rated(few, many, FREE).worth.max() <= placed.worth + 1e-9
 
 

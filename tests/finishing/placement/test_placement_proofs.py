@@ -246,3 +246,22 @@ def test_a_tool_along_the_feed_has_no_azimuth():
     for _ in range(100):
         assert table_spans(ARM, random_poses(given, rng)).max(axis=1).min() >= found.needed - 1e-9
     assert FinishingProblem(path).heading == "fixed"
+
+
+def test_a_tool_that_spins_breaks_no_reach():
+    """Each wrist may turn about its tool's axis: still one is as far from any foot as the proof says."""
+    path = finishing.zigzag(sphere_surface(2600.0), pitch=500.0)
+    spins = tuple(np.arange(8) * np.pi / 4)
+    found, held = proof(path, UR10, spins=spins), proof(path, UR10)
+    given, rng, reach = task(path, UR10, spins=spins), np.random.default_rng(0), reach_of(UR10)
+    assert found.available < found.needed < held.needed
+    for _ in range(100):
+        poses = random_poses(given, rng)
+        spin = rng.choice(spins, len(poses))
+        turns = np.tile(np.eye(4), (len(poses), 1, 1))
+        turns[:, 0, 0] = turns[:, 1, 1] = np.cos(spin)
+        turns[:, 1, 0], turns[:, 0, 1] = np.sin(spin), -np.sin(spin)
+        poses = poses @ turns
+        wrists = poses[:, :3, :3] @ reach.point + poses[:, :3, 3]
+        foot = wrists.mean(axis=0) + rng.normal(size=3) * 200.0
+        assert np.linalg.norm(wrists - foot, axis=1).max() >= found.needed - 1e-9

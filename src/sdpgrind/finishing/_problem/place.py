@@ -17,7 +17,7 @@ from sdpgrind.finishing.placement._proof import Proof
 from sdpgrind.finishing.placement._proofs import proof_of
 from sdpgrind.finishing.placement._refine import refined
 from sdpgrind.finishing.placement._task import PlacingTask, ToolHold, spread, task_of
-from sdpgrind.finishing.placement._worth import Rows, Sides, rated
+from sdpgrind.finishing.placement._worth import PlacementRows, Sides, rated
 
 REFINED = 20  # chosen (spec): placements of the grid that are refined
 GRID_SHARE, REFINED_SHARE = 0.5, 0.9  # chosen: portions of progress at the ends of these stages
@@ -134,8 +134,8 @@ def _searched(problem: FinishingProblem, task: PlacingTask, sides: Sides, progre
 
 
 def _refined(
-    few: PlacingTask, rows: Rows, worth: Any, sides: Sides, progress: Progress
-) -> Iterator[tuple[Rows, float]]:
+    few: PlacingTask, rows: PlacementRows, worth: Any, sides: Sides, progress: Progress
+) -> Iterator[tuple[PlacementRows, float]]:
     """Placements and their worths: the best of the grid refined, the others as they are."""
     for k in range(len(worth)):
         one = rows.take([k])
@@ -146,12 +146,12 @@ def _refined(
         yield refined(few, one, sides)
 
 
-def rated_on_path(task: PlacingTask, row: Rows, sides: Sides) -> Rows:
+def rated_on_path(task: PlacingTask, row: PlacementRows, sides: Sides) -> PlacementRows:
     """Return the placement with the table in the middle of what the whole path needs."""
     return row._replace(origin=rated(task, row, sides).origin)
 
 
-def _placed(problem: FinishingProblem, row: Rows) -> FinishingProblem:
+def _placed(problem: FinishingProblem, row: PlacementRows) -> FinishingProblem:
     turn = math.remainder(float(row.turn[0]), 2 * math.pi)
     place = (*row.origin[0].tolist(), turn)
     azimuth = in_base(float(row.azimuth[0]), float(row.turn[0]))

@@ -12,9 +12,9 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm._arm import Arm
-from sdpgrind.finishing.placement._azimuths import AzimuthRange, Swept, swept
+from sdpgrind.finishing.placement._azimuths import AzimuthRange, Swept
 from sdpgrind.finishing.placement._proof import Shortfall
-from sdpgrind.finishing.placement._reach import Reach
+from sdpgrind.finishing.placement._reach import Reach, wrist_arms
 from sdpgrind.finishing.placement._table import arm_vectors, wrist_heights, wrist_travels
 from sdpgrind.finishing.placement._task import PlacingTask
 from sdpgrind.finishing.placement._worth import Sides
@@ -35,7 +35,7 @@ def _ring(sides: tuple[tuple[float, float], ...], point: Floats) -> _Ring:
 
 def wrist_from_box(reach: Reach, sides: Sides, task: PlacingTask, over: AzimuthRange) -> Shortfall:
     """Distance of the wrist from the foot on axis 1 at the worst contact, at least, against the reach, mm."""
-    arms = swept(task, over, reach.point - np.array([0.0, 0.0, task.hold.lever_arm]))
+    arms = wrist_arms(task, over, reach.point)
     places, off = _placed(task, over, arms)
     across = _across(np.hypot(places[:, 0], places[:, 1]), _ring(sides[:2], reach.foot[:2]), off)
     height = places[:, 2] - reach.foot[2]

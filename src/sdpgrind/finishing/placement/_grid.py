@@ -13,7 +13,7 @@ from sdpgrind.finishing.placement._azimuths import ranges
 from sdpgrind.finishing.placement._reach import reach_of
 from sdpgrind.finishing.placement._table import wrist_heights, wrist_travels
 from sdpgrind.finishing.placement._task import PlacingTask
-from sdpgrind.finishing.placement._worth import Rows, Sides, rated
+from sdpgrind.finishing.placement._worth import PlacementRows, Sides, rated
 
 STEP = 50.0  # mm, chosen (spec): distance of the origins of the grid
 TURNS = 8  # chosen (spec): turns of the work, and azimuths of the tool
@@ -26,15 +26,17 @@ GUESSES = 256  # chosen: joints whose poses tell the reach of a robot of a kind 
 FREE: Sides = ((-math.inf, math.inf),) * 3
 
 
-def grid(task: PlacingTask, sides: Sides, azimuth: float) -> Rows:
+def grid(task: PlacingTask, sides: Sides, azimuth: float) -> PlacementRows:
     """Return the placements that are compared; `azimuth`: one of the azimuths in the base, rad."""
     turns = 2 * math.pi * np.arange(TURNS) / TURNS
     azimuths = azimuth + turns if task.turns_freely else np.array([azimuth])
     rows = []
     for turn, base in product(turns.tolist(), azimuths.tolist()):
         origin = _origins(task, sides, turn)
-        rows.append(Rows(origin, np.full(len(origin), turn), np.full(len(origin), on_work(base, turn))))
-    return Rows(*(np.concatenate(parts) for parts in zip(*rows, strict=True)))
+        rows.append(
+            PlacementRows(origin, np.full(len(origin), turn), np.full(len(origin), on_work(base, turn)))
+        )
+    return PlacementRows(*(np.concatenate(parts) for parts in zip(*rows, strict=True)))
 
 
 def on_work(azimuth: float, turn: float) -> float:
@@ -101,7 +103,9 @@ def _mesh(lines: list[Floats], count: int) -> Floats:
     return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def sifted(task: PlacingTask, rows: Rows, sides: Sides, progress: Progress) -> tuple[Rows, Floats]:
+def sifted(
+    task: PlacingTask, rows: PlacementRows, sides: Sides, progress: Progress
+) -> tuple[PlacementRows, Floats]:
     """Return the best placement of every pair of turn and azimuth with its worth, the best first.
 
     The worth on some poses is at least that on all. Where no placement has a worth above 0 on the first, the
@@ -118,14 +122,14 @@ def sifted(task: PlacingTask, rows: Rows, sides: Sides, progress: Progress) -> t
     return rows.take(best), worth[best]
 
 
-def _kept(rows: Rows, worth: Floats) -> Rows:
+def _kept(rows: PlacementRows, worth: Floats) -> PlacementRows:
     """Placements above 0, or the nearest to it; at most `KEPT`."""
     order = np.argsort(-worth, kind="stable")[:KEPT]
     above = order[worth[order] > 0]
     return rows.take(np.sort(above if len(above) else order))
 
 
-def _by_parts(task: PlacingTask, rows: Rows, sides: Sides, progress: Progress, stage: int) -> Floats:
+def _by_parts(task: PlacingTask, rows: PlacementRows, sides: Sides, progress: Progress, stage: int) -> Floats:
     """Worth of placements, with progress."""
     worth = np.empty(len(rows.turn))
     many = max(1, 200_000 // len(task.point))

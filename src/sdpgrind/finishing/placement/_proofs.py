@@ -18,7 +18,7 @@ from sdpgrind.finishing.placement._task import PlacingTask
 from sdpgrind.finishing.placement._worth import Sides
 
 
-class _Rule(NamedTuple):
+class _ProofRule(NamedTuple):
     """A condition, its name, and the sentence that says what fails."""
 
     name: str
@@ -35,7 +35,7 @@ def proof_of(task: PlacingTask, sides: Sides) -> Proof | None:
     return None
 
 
-def _sentence(task: PlacingTask, rule: _Rule, found: Shortfall) -> str:
+def _sentence(task: PlacingTask, rule: _ProofRule, found: Shortfall) -> str:
     free = (
         "at any turn of the work and azimuth of the tool" if task.turns_freely else "at any turn of the work"
     )
@@ -43,10 +43,12 @@ def _sentence(task: PlacingTask, rule: _Rule, found: Shortfall) -> str:
     return f"{rule.name}: {rule.sentence.format(**numbers, free=free)}"
 
 
-def _rules(task: PlacingTask, sides: Sides) -> list[_Rule]:
+def _rules(task: PlacingTask, sides: Sides) -> list[_ProofRule]:
     """Conditions that concern a robot: without a box, then with it."""
     robot, boxed = task.robot, sides != FREE
     if isinstance(robot, Arm):
+        if task.hold.spins and len(robot.wrist_radii) > 1:
+            return []  # the radius varies along the path
         return _of_table(robot) + (_of_table_in_box(robot, sides) if boxed else [])
     reach = reach_of(robot)
     if reach is None:
@@ -54,34 +56,34 @@ def _rules(task: PlacingTask, sides: Sides) -> list[_Rule]:
     return [_of_reach(reach)] + ([_of_reach_in_box(reach, sides)] if boxed else [])
 
 
-def _of_table(arm: Arm) -> list[_Rule]:
+def _of_table(arm: Arm) -> list[_ProofRule]:
     span = "{free} the path needs {needed} mm of the table along {axis}; it has {available} mm"
     height = "{free} the wrist has to rise by {needed} mm at its radius; q2 and q3 leave {available} mm"
     return [
-        _Rule("span", partial(table_room, arm), span),
-        _Rule("height", partial(wrist_extent, arm), height),
+        _ProofRule("span", partial(table_room, arm), span),
+        _ProofRule("height", partial(wrist_extent, arm), height),
     ]
 
 
-def _of_table_in_box(arm: Arm, sides: Sides) -> list[_Rule]:
+def _of_table_in_box(arm: Arm, sides: Sides) -> list[_ProofRule]:
     beyond = "with the origin in the box, {free} some contact is {needed} mm beyond the travel of the "
     return [
-        _Rule("reach", partial(table_from_box, arm, sides), beyond + "table"),
-        _Rule("height", partial(height_from_box, arm, sides), beyond + "wrist"),
+        _ProofRule("reach", partial(table_from_box, arm, sides), beyond + "table"),
+        _ProofRule("height", partial(height_from_box, arm, sides), beyond + "wrist"),
     ]
 
 
-def _of_reach(reach: Reach) -> _Rule:
+def _of_reach(reach: Reach) -> _ProofRule:
     sentence = (
         "{free} the smallest ball around the wrist along the path has a radius of {needed} mm; the links"
         " reach {available} mm"
     )
-    return _Rule("reach", partial(ball_needed, reach), sentence)
+    return _ProofRule("reach", partial(ball_needed, reach), sentence)
 
 
-def _of_reach_in_box(reach: Reach, sides: Sides) -> _Rule:
+def _of_reach_in_box(reach: Reach, sides: Sides) -> _ProofRule:
     sentence = (
         "with the origin in the box, {free} the wrist is {needed} mm from the shoulder on axis 1 at some"
         " contact; the links reach {available} mm"
     )
-    return _Rule("reach", partial(wrist_from_box, reach, sides), sentence)
+    return _ProofRule("reach", partial(wrist_from_box, reach, sides), sentence)

@@ -15,12 +15,16 @@ FEW = 30  # chosen (spec): poses that stand for the path while many placements a
 
 
 class ToolHold(NamedTuple):
-    """How the tool is held: contact angle (rad), lever arm (mm), heading and side; see `tool_poses`."""
+    """How the tool is held: contact angle (rad), lever arm (mm), heading and side; see `tool_poses`.
+
+    `spins`: turns about its own axis, rad, of which each pose may take one; empty where it is held.
+    """
 
     contact_angle: float
     lever_arm: float
     heading: str
     pushed: bool
+    spins: tuple[float, ...] = ()
 
     @property
     def side(self) -> float:
@@ -44,8 +48,17 @@ class PlacingTask(NamedTuple):
 
     def poses(self, azimuth: float) -> Floats:
         """Poses of the tool in the frame of the surface, (m, 4, 4), at an azimuth on the work, rad."""
-        held = self.hold._asdict()
+        held = {name: value for name, value in self.hold._asdict().items() if name != "spins"}
         return tool_poses(self.point, self.tangent, self.normal, azimuth=azimuth, **held)
+
+    def spun(self, poses: Floats) -> Floats:
+        """Poses (m s, 4, 4) in each of s turns of the tool about its own axis."""
+        turns = np.tile(np.eye(4), (max(1, len(self.hold.spins)), 1, 1))
+        for turn, spin in zip(turns, self.hold.spins, strict=False):
+            c, s = math.cos(spin), math.sin(spin)
+            turn[:2, :2] = [[c, -s], [s, c]]
+        out: Floats = (poses[:, None] @ turns).reshape(-1, 4, 4)
+        return out
 
     def at(self, index: npt.ArrayLike) -> "PlacingTask":
         """Return the task with some of the contacts."""

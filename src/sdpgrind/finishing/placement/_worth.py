@@ -11,20 +11,20 @@ from sdpgrind.finishing.arm._robot import Robot, middle
 from sdpgrind.finishing.placement._task import PlacingTask
 
 AT_ONCE = 40_000  # chosen: poses whose solutions are in memory together, some 20 MB
-LOST = -1.0  # worth of poses out of reach, less their share; a joint beyond its limit counts no lower
+LOST = -1.0  # chosen: worth of poses out of reach, less their share; a joint beyond its limit counts no lower
 
 
-class Rows(NamedTuple):
+class PlacementRows(NamedTuple):
     """Placements: origins (k, 3) in the base, mm, turns about z and azimuths on the work (k,), rad."""
 
     origin: Floats
     turn: Floats
     azimuth: Floats
 
-    def take(self, index: npt.ArrayLike) -> "Rows":
+    def take(self, index: npt.ArrayLike) -> "PlacementRows":
         """Some of the placements."""
         some = np.asarray(index)
-        return Rows(self.origin[some], self.turn[some], self.azimuth[some])
+        return PlacementRows(self.origin[some], self.turn[some], self.azimuth[some])
 
 
 class Rating(NamedTuple):
@@ -38,35 +38,37 @@ Sides = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 """Least and greatest x, y and z of the origin of the work, mm; infinite where free."""
 
 
-def rated(task: PlacingTask, rows: Rows, sides: Sides) -> Rating:
+def rated(task: PlacingTask, rows: PlacementRows, sides: Sides) -> Rating:
     """Rate placements by the poses of a task.
 
     The worth is the least, over the poses, of two shares: the distance of the joints from their limits over
     their range, and the distance from singular poses; of the branch in which it is greatest. Below 0: a joint
-    is beyond its limit, or poses are out of reach. Tables take the origin with the widest margin: that of
+    is beyond its limit, or poses are out of reach. A tool that may spin takes at each pose the turn of greatest
+    worth. Tables take the origin with the widest margin: that of
     `rows` counts along z only.
     """
     poses = {azimuth: _poses(task, azimuth) for azimuth in np.unique(rows.azimuth).tolist()}
-    many, worth = max(1, AT_ONCE // len(task.point)), np.empty(len(rows.turn))
+    spins = max(1, len(task.hold.spins))
+    many, worth = max(1, AT_ONCE // (spins * len(task.point))), np.empty(len(rows.turn))
     origin = rows.origin.copy()
     for begin in range(0, len(worth), many):
         part = slice(begin, begin + many)
         there = [poses[azimuth] for azimuth in rows.azimuth[part].tolist()]
-        worth[part] = _rate(task.robot, np.array(there), rows.turn[part], origin[part], sides)
+        worth[part] = _rate(task, np.array(there), rows.turn[part], origin[part], sides)
     return Rating(worth, origin)
 
 
 def _poses(task: PlacingTask, azimuth: float) -> Floats:
     """Poses on the work; NaN where the azimuth is along a normal."""
     try:
-        return task.poses(azimuth)
+        return task.spun(task.poses(azimuth))
     except ValueError:
-        return np.full((len(task.point), 4, 4), np.nan)
+        return np.full((len(task.point) * max(1, len(task.hold.spins)), 4, 4), np.nan)
 
 
-def _rate(robot: Robot, poses: Floats, turn: Floats, origin: Floats, sides: Sides) -> Floats:
+def _rate(task: PlacingTask, poses: Floats, turn: Floats, origin: Floats, sides: Sides) -> Floats:
     """Worth (k,) of poses (k, p, 4, 4) that are turned and shifted; the origins of a table in place."""
-    turned = _turned(poses, turn)
+    robot, turned = task.robot, _turned(poses, turn)
     wrong = np.isnan(turned).any(axis=(1, 2, 3))
     turned[wrong] = np.eye(4)
     turned[:, :, 2, 3] += origin[:, None, 2]
@@ -77,7 +79,7 @@ def _rate(robot: Robot, poses: Floats, turn: Floats, origin: Floats, sides: Side
     joints = found.reshape(count, number, found.shape[1], -1)
     if isinstance(robot, Arm):
         joints, shift = _centred(robot, joints, sides)
-    margin = _margins(robot, joints)
+    margin = _margins(robot, joints, max(1, len(task.hold.spins)))
     best = margin.argmax(axis=1)
     if isinstance(robot, Arm):
         origin[:, :2] = shift[np.arange(count), best]
@@ -109,8 +111,8 @@ def _centred(arm: Arm, joints: Floats, sides: Sides) -> tuple[Floats, Floats]:
     return out, shift
 
 
-def _margins(robot: Robot, joints: Floats) -> Floats:
-    """Worth of every branch, (k, b), of joints (k, p, b, n)."""
+def _margins(robot: Robot, joints: Floats, spins: int = 1) -> Floats:
+    """Worth of every branch, (k, b), of joints (k, p spins, b, n)."""
     lost: Bools = np.asarray(np.isnan(joints).any(axis=3))
     known = np.where(lost[..., None], middle(robot), joints)
     low, high = np.array(robot.position_min), np.array(robot.position_max)
@@ -119,6 +121,10 @@ def _margins(robot: Robot, joints: Floats) -> Floats:
     if inside.any():
         singular = np.min(list(robot.singularities(known[inside]).values()), axis=0)
         share[inside] = np.minimum(share[inside], singular)
+    if spins > 1:
+        parts = (len(joints), -1, spins, joints.shape[2])
+        share = np.where(lost, -np.inf, share).reshape(parts).max(axis=2)
+        lost = np.asarray(lost.reshape(parts).all(axis=2))
     each = np.maximum(np.where(lost, np.inf, share).min(axis=1), LOST)
     out: Floats = np.where(lost.any(axis=1), LOST - lost.mean(axis=1), each)
     return out
