@@ -250,10 +250,11 @@ def test_a_tool_along_the_feed_has_no_azimuth():
 
 def test_a_tool_that_spins_breaks_no_reach():
     """Each wrist may turn about its tool's axis: still one is as far from any foot as the proof says."""
+    bent = UR10.replace(tool=finishing.tool(length=150.0, tilt=0.5))
     path = finishing.zigzag(sphere_surface(2600.0), pitch=500.0)
     spins = tuple(np.arange(8) * np.pi / 4)
-    found, held = proof(path, UR10, spins=spins), proof(path, UR10)
-    given, rng, reach = task(path, UR10, spins=spins), np.random.default_rng(0), reach_of(UR10)
+    found, held = proof(path, bent, spins=spins), proof(path, bent)
+    given, rng, reach = task(path, bent, spins=spins), np.random.default_rng(0), reach_of(bent)
     assert found.available < found.needed < held.needed
     for _ in range(100):
         poses = random_poses(given, rng)
