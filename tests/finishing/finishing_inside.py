@@ -6,11 +6,13 @@ from sdpgrind.finishing.path import _hilbert as hilbert
 from sdpgrind.finishing.path import _spacing as spacing
 from sdpgrind.finishing.path._arc_kernels import inverted, travelled
 from sdpgrind.finishing.path._cells import cell_areas
+from sdpgrind.finishing.path._coverage import edges_of
 from sdpgrind.finishing.path._eikonal_kernels import sweep
 from sdpgrind.finishing.path._equal_area import equal_area
 from sdpgrind.finishing.path._geodesic import distance_field, solved
 from sdpgrind.finishing.path._mappings import mapping_of
-from sdpgrind.finishing.path._metrics import metrics, surface_samples
+from sdpgrind.finishing.path._metrics import metrics
+from sdpgrind.finishing.path._nearest import Nearest
 from sdpgrind.finishing.path._spacing_kernels import _value, march
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.roughness._fit import identify_roughness, left_out
@@ -51,6 +53,7 @@ __all__ = [
     "SCANS",
     "TABLES",
     "LimitedRun",
+    "Nearest",
     "Square",
     "_find_span",
     "_value",
@@ -65,6 +68,7 @@ __all__ = [
     "creases",
     "distance_field",
     "double_s_law",
+    "edges_of",
     "equal_area",
     "fastest_law",
     "fit_control_points",
@@ -95,7 +99,6 @@ __all__ = [
     "solved",
     "spacing",
     "squared_feed",
-    "surface_samples",
     "sweep",
     "toppra_law",
     "trapezoid_law",
