@@ -57,6 +57,14 @@ def test_whole_numbers_that_no_float_holds_are_refused(tmp_path):
         records.write(data, tmp_path / "file.nc", "test")
 
 
+@pytest.mark.parametrize("name", ["format", "integrity"])
+def test_attributes_that_the_file_needs_are_refused_and_nothing_is_written(tmp_path, name):
+    data = xr.Dataset({"x": ("k", [1.0])}, attrs={name: "mine"})
+    with pytest.raises(ValueError, match=f"must not be called '{name}', .*; got 'mine'"):
+        records.write(data, tmp_path / "file.nc", "test")
+    assert not list(tmp_path.iterdir())
+
+
 def test_load_refuses_what_is_not_ours(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"existing file; got .*nothing\.nc"):
         sdpgrind.load(tmp_path / "nothing.nc")

@@ -360,7 +360,7 @@ def test_a_list_that_the_machine_does_not_take_makes_it_safe_over_the_same_sessi
             return await write(parameters)
 
         session.write = once
-        with pytest.raises(hwsim.Aborted, match="made safe: ValueError: .* did not take .*: BadTypeMismatch"):
+        with pytest.raises(hwsim.Aborted, match=r"safe: ValueError: .* did not take .*: BadTypeMismatch"):
             hwsim.run(plant, Drive(), live=live())
         assert axis.told[-1][1] == {"velocity": 0.0, "stop": 1.0}
         plant.close()

@@ -1,4 +1,4 @@
-"""Counters of samples of a foreign machine: whether it shows something new, has stood still, was restarted."""
+"""Counters of samples of a foreign machine: whether it shows something new, stands still, was restarted."""
 
 from collections.abc import Mapping
 

@@ -196,7 +196,7 @@ class ClientLink:
             raise kind(said) from error
 
     def reset(self) -> None:
-        """Reset the connection: what this computer has not sent is dropped, and the session not used again."""
+        """Reset the connection: what was not sent is dropped, and the session not used again."""
         if self._client is not None and (transport := _transport(self._client)) is not None:
             transport.abort()
         self._was_reset = True
