@@ -109,8 +109,8 @@ class ClientLink:
             raise
         except (ua.uaerrors.BadUserAccessDenied, ua.uaerrors.BadIdentityTokenRejected):
             raise PermissionError(
-                f"user must be one that {self.url} knows, with its password; after too many failed logins "
-                "from this address none is let in for a minute"
+                f"user must be one that {self.url} knows, with its password, "
+                "or too many failed logins came from this address: wait a minute"
             ) from None
         except ua.uaerrors.BadCertificateUntrusted:
             raise PermissionError(f"{self.url} does not trust certificate.der of {self._folder}") from None
