@@ -23,6 +23,7 @@ from hwsim._loop.check import checked_clock, other_job
 from hwsim._part.clock import Clock
 from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart, run_part
+from hwsim.faults._plant import warn_of_idle
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
 from sdpgrind.base.budget import afford
@@ -145,6 +146,7 @@ def run(
                 _afford(parts, part)
             logger.debug("part %d of %d is finished", len(done), parts)
             progress(len(done) / parts, f"part {len(done)} of {parts}")
+    warn_of_idle(plant, [part.outcome for part in done])
     log = Log.of(done, labels)
     log.made_of = {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}
     return log
