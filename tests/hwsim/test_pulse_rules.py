@@ -250,6 +250,33 @@ def test_an_error_of_the_reader_lets_the_writer_make_it_safe(clock):
     assert played(clock, scene).rules.trip[:2] == ("ArithmeticError: odd", "link")
 
 
+def test_an_error_of_the_reader_waits_for_the_list_that_is_on_its_way(clock):
+    async def scene(bench):
+        gate = asyncio.Event()
+        await bench.turn(0)
+        bench.link.before_write = gate.wait
+        bench.hand({"rate": 1.0}, 0)
+        await bench.turn()
+        bench.link.before_read = failing(ArithmeticError("odd"))
+        await bench.turn(1)
+        assert bench.link.written == 1  # one list at a time: none overtakes another
+        gate.set()
+        await bench.turn(2)
+        assert [command for command, _ in bench.sent] == [{"rate": 1.0}, SAFE]
+
+    played(clock, scene)
+
+
+def test_each_turn_of_the_writer_is_heard(clock):
+    async def scene(bench):
+        await bench.turn(0)
+        before = bench.heard
+        await bench.turn(1)
+        assert before > 0 and bench.heard > before and bench.sent == []
+
+    played(clock, scene, kind=Writer)
+
+
 def test_an_error_of_the_writer_is_answered_by_the_safe_command(clock):
     async def scene(bench):
         await bench.turn(0)
@@ -296,10 +323,9 @@ def test_an_error_of_the_reader_after_the_end_moves_nothing(clock):
     async def scene(bench):
         bench.hand({"rate": 1.0}, 0)
         await bench.turn()
-        bench.pulse._over = True
-        bench.link.before_read = failing(ArithmeticError("odd"))
-        await bench.pulse._failed("late")
         await bench.pulse.close()
+        assert bench.pulse._writer_ended and not bench.pulse.safe_written
+        await bench.pulse._failed("late")
         assert len(bench.sent) == 1
 
     played(clock, scene)
