@@ -248,7 +248,7 @@ def test_the_guard_passes_on_what_the_operator_wants(hand, monkeypatch):
     machine = Lathe()
     live = hwsim.Live(safe=SAFE, deadline=10.0)
     part = WallMachine(machine, Fraction(1, 100), 2, live)
-    assert part._guard.daemon and part._guard.is_alive()
+    assert part._guard.daemon and part._guard.is_alive() and part._samples == 1
     live.abort("door open")
     while part.trip is None:
         time.sleep(0.001)
