@@ -250,6 +250,10 @@ def test_what_is_said_of_the_machine(by, limit, shadow, said):
     assert str(aborted(Yard(Watched, by=by, took=True), control=control)) == said
 
 
+def test_a_machine_that_tells_no_watchdog_has_its_own_time_limit():
+    assert str(aborted(Yard(Tripping, by="", took=True))).endswith("make it safe, within its own time limit")
+
+
 def test_a_trip_of_the_last_moment_aborts_the_part():
     class Late(Sledge):
         def close(self):
