@@ -65,6 +65,17 @@ def test_attributes_that_the_file_needs_are_refused_and_nothing_is_written(tmp_p
     assert not list(tmp_path.iterdir())
 
 
+def test_what_is_left_of_a_journal_is_known_by_its_tables_or_as_a_part_of_its_first_page():
+    head = b"SQLite format 3\0"
+    page = head + (4096).to_bytes(2, "big")
+    assert records.was_journal(page + bytes(4096 - len(page) - 1))
+    assert not records.was_journal(page + bytes(4096 - len(page)))  # a whole page without a table
+    assert records.was_journal(head + bytes(511 - len(head)))  # pages have 512 bytes at least
+    assert not records.was_journal(head + bytes(512 - len(head)))
+    assert not records.was_journal(bytes(30)) and not records.was_journal(b"")
+    assert records.was_journal(b"x" * 5000 + records.JOURNAL_TABLES[0].encode())
+
+
 def test_load_refuses_what_is_not_ours(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"existing file; got .*nothing\.nc"):
         sdpgrind.load(tmp_path / "nothing.nc")

@@ -232,6 +232,7 @@ def test_the_end_is_told(clock):
     clock.then = [lambda: setattr(part.pulse, "next", sample(done=True, time=0.01)) or part.pulse.look()]
     part.step({"velocity": 1.0}, 20)
     assert part.done and part.time == 1 and not part.event
+    assert part.released == part.sampled == (BEGUN + 25) * MS  # not at a release that is still to come
 
 
 def test_an_array_is_measured_as_one(clock):
@@ -278,9 +279,17 @@ def test_types_of_a_table_are_looked_at_before(clock):
 def test_a_hand_over_waits_until_the_machine_has_taken_it(clock):
     part = begun(clock)
     part.pulse.serves = False
-    clock.then = [lambda: None, lambda: setattr(part.pulse, "serves", True) or part.pulse.wake()]
+    taken = []
+
+    def takes():
+        taken.append(part.taken)
+        part.pulse.serves = True
+        part.pulse.wake()
+
+    clock.then = [lambda: taken.append(part.taken), takes]
     part.step({"velocity": 1.0}, 10)
     assert clock.waits[:2] == pytest.approx([0.025, 0.025]) and part.pulse.forwarded == [{"velocity": 1.0}]
+    assert taken == [False, False] and part.taken
 
 
 def test_a_trip_ends_every_wait(clock):

@@ -250,6 +250,16 @@ def test_what_is_said_of_the_machine(by, limit, shadow, said):
     assert str(aborted(Yard(Watched, by=by, took=True), control=control)) == said
 
 
+def test_a_verdict_is_that_of_a_finished_part():
+    class Judging(Push):
+        def verdict(self):
+            return {"good": 1.0}
+
+    plant = Yard(outcomes={"place": "mm", "good": ""})
+    assert ran(plant, Judging()).outcome["good"] == 1.0
+    assert "good" not in aborted(plant, Judging(raising(KeyError("sensor")))).part.outcome
+
+
 def test_a_machine_that_tells_no_watchdog_has_its_own_time_limit():
     assert str(aborted(Yard(Tripping, by="", took=True))).endswith("make it safe, within its own time limit")
 
