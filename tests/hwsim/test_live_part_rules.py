@@ -300,6 +300,12 @@ def test_a_trip_ends_every_wait(clock):
     assert len(clock.waits) == 1 and part.trip.reason == "gone" and not part._forwarding.waits
 
 
+def test_a_machine_is_made_safe_at_once(clock):
+    part = begun(clock)
+    part.make_safe("door open")
+    assert part.pulse.forwarded == [SAFE] and clock.waits == []
+
+
 def test_a_machine_is_made_safe_and_that_is_waited_for(clock):
     part = begun(clock)
     part.pulse.serves = False

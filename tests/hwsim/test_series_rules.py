@@ -333,8 +333,9 @@ def test_a_watchdog_of_simulated_time_is_refused_as_a_tier_too():
 
 def test_another_safe_command_than_the_machine_s_own_is_told():
     said = r"safe differs from the machine's own safe command, \{'stop': 1.0\}; got \{'velocity': 0.0\}"
-    with pytest.warns(UserWarning, match=said):
+    with pytest.warns(UserWarning, match=said) as told:
         series.check_live(live(safe={"velocity": 0.0}), Yard(), Push())
+    assert told[0].filename == __file__  # the user's own line
     with pytest.warns(UserWarning, match="safe differs"):
         series.check_live(live(safe={"stop": 0.5}), Yard(), Push())
 
