@@ -76,6 +76,38 @@ def test_what_is_left_of_a_journal_is_known_by_its_tables_or_as_a_part_of_its_fi
     assert records.was_journal(b"x" * 5000 + records.JOURNAL_TABLES[0].encode())
 
 
+def test_a_plan_is_no_journal_whatever_it_holds_and_a_journal_without_its_head_is_one(tmp_path):
+    table = records.JOURNAL_TABLES[0].encode()
+    for k, (content, told) in enumerate(
+        [(b"CDF\1 " + table, False), (b"x" * 40 + table, True), (b"x" * 40, False)]
+    ):
+        path = tmp_path / f"{k}.db"
+        path.write_bytes(content)
+        assert records.is_journal(path) is told
+
+
+@pytest.mark.parametrize(
+    ("array", "stored"),
+    [
+        (np.array([True, False]), "int8"),
+        (np.array([1, -(2**31)]), "int32"),
+        (np.array([2**31, 2**52]), "float64"),
+        (np.array([1, 255], "uint8"), "int32"),
+        (np.array([1.5], "float32"), "float32"),
+    ],
+)
+def test_dtypes_that_the_format_lacks_are_noted_and_come_back(tmp_path, array, stored):
+    data = xr.Dataset({"x": ("k", array, {"units": "s", "scale_factor": 2.0})}, attrs={"note": "n"})
+    records.write(data, tmp_path / "file.nc", "test")
+    plain = {"decode_times": False, "mask_and_scale": False}
+    with xr.open_dataset(tmp_path / "file.nc", engine="scipy", **plain) as raw:
+        assert raw["x"].dtype.newbyteorder("=") == stored
+        assert raw.attrs["format"] == 2 and raw.attrs["kind"] == "test"
+    back = records.read(tmp_path / "file.nc")
+    assert back["x"].dtype == array.dtype and np.array_equal(back["x"], array)
+    assert back["x"].attrs == {"units": "s", "scale_factor": 2.0} and "format" not in back.attrs
+
+
 def test_load_refuses_what_is_not_ours(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"existing file; got .*nothing\.nc"):
         sdpgrind.load(tmp_path / "nothing.nc")

@@ -21,7 +21,7 @@ class Turns:
     """A clock that moves by what is waited for; `then`: what happens within the waits, one after the other."""
 
     def __init__(self):
-        self.now, self.waits, self.then = BEGUN * MS, [], []
+        self.now, self.waits, self.then, self.notified = BEGUN * MS, [], [], 0
 
     def monotonic_ns(self):
         return self.now
@@ -44,7 +44,7 @@ class Turns:
         pass
 
     def notify_all(self):
-        pass
+        self.notified += 1
 
     def at(self, ms):
         self.now = (BEGUN + ms) * MS
@@ -157,7 +157,8 @@ def test_a_command_is_handed_over_and_its_release_waited_for(clock):
     assert clock.waits == [pytest.approx(0.02)] and part.released == (BEGUN + 20) * MS
     assert (part.time, part.sampled) == (2, (BEGUN + 20) * MS)
     clock.at(25)
-    part.step({}, 2)  # no command: a sign of life all the same
+    part.pulse.next = sample()
+    assert part.step({}, 2) == {"place": 2.0}  # no command: a sign of life all the same
     assert clock.waits[1:] == [pytest.approx(0.015)] and part.released == (BEGUN + 40) * MS and part.time == 4
     clock.at(60)
     part.step({}, 2)  # at its release it is on time
@@ -385,7 +386,7 @@ def test_a_look_that_fails_is_no_fault(clock):
 def test_what_the_link_hears(clock):
     part = begun(clock)
     part._heard()
-    assert not part.live.tripped and part._watch._pauses.looks == []
+    assert not part.live.tripped and part._watch._pauses.looks == [] and clock.notified == 1
     part.pulse.next = sample(paused=True, stops=2, aborted="x")
     part.pulse.look()
     part._heard()
