@@ -108,6 +108,15 @@ def test_dtypes_that_the_format_lacks_are_noted_and_come_back(tmp_path, array, s
     assert back["x"].attrs == {"units": "s", "scale_factor": 2.0} and "format" not in back.attrs
 
 
+def test_a_file_in_memory_keeps_its_content_when_it_is_closed():
+    kept = records._Kept()
+    kept.write(b"abc")
+    assert kept.content == b"abc"
+    kept.close()
+    kept.close()
+    assert kept.content == b"abc" and kept.closed
+
+
 def test_load_refuses_what_is_not_ours(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"existing file; got .*nothing\.nc"):
         sdpgrind.load(tmp_path / "nothing.nc")

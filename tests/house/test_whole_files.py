@@ -54,6 +54,7 @@ def test_a_long_name_and_several_at_once(tmp_path):
         one.write_text("one")
         two.write_text("two")
         assert one != two and one.parent == two.parent == tmp_path
+        assert one.name.startswith("." + "n" * 100 + f".{os.getpid()}@")
     assert target.read_text() == "one"  # the last to end
     assert [each.name for each in tmp_path.iterdir()] == [target.name]
 
