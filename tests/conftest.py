@@ -7,7 +7,6 @@ Of two workers that collect, one begins at the last file: they meet in the middl
 rewrite the assertions of every file at the same time (measured: 23 s of CPU time each, on a clean clone).
 """
 
-import gc
 import os
 import sys
 import time
@@ -43,11 +42,6 @@ def pytest_collection_modifyitems(config, items):
         many = Counter(item.path for item in items)
         slow_ones = {item.path for item in items if item.get_closest_marker("slow")}
         items.sort(key=lambda item: (item.path not in slow_ones, -many[item.path], str(item.path)))
-
-
-def pytest_collection_finish():
-    """Leave what was imported out of collections of garbage: pytest's last ten take seconds otherwise."""
-    gc.freeze()
 
 
 def _spent():
