@@ -14,7 +14,7 @@ from sdpgrind.finishing.surface import _scan_mesh as mesh
 from sdpgrind.finishing.surface._fit_task import checked_points
 from sdpgrind.finishing.surface._region import Region
 from sdpgrind.finishing.surface._scan_table import read_array, read_text
-from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing.surface._surface import Surface, fitted_surface
 from sdpgrind.finishing.surface._triangles import Triangles, boundary, nearest, reached
 
 TABLES = {".xyz": read_text, ".csv": read_text, ".npy": read_array}
@@ -91,8 +91,11 @@ def _fitted(
     """Fit a surface with the tool outside of triangles, or above points."""
     if not isinstance(scan, Triangles):
         return ScannedPatch(Surface.fit(scan, net, degree, tolerance, empty_max=empty_max), ())
-    surface = Surface.fit(scan.corners, net, degree, tolerance, scan.outside, empty_max=empty_max)
-    return ScannedPatch(surface, tuple(lasting(surface.fit.feet[loop]) for loop in boundary(scan)))
+    loops = boundary(scan)
+    surface = fitted_surface(
+        Surface, scan.corners, net, degree, tolerance, scan.outside, empty_max, scattered=not loops
+    )
+    return ScannedPatch(surface, tuple(lasting(surface.fit.feet[loop]) for loop in loops))
 
 
 def _part(scan: Triangles | Floats, region: Region, told: str) -> Triangles | Floats:
