@@ -61,10 +61,11 @@ def path_of(surface: finishing.Surface | Patch, table: Table) -> finishing.Path 
     options = {key: table.take(key) for key in ("mapping", "along") if table.has(key)}
     if table.has("lift"):
         options["lift"] = table.table("lift").one(finishing.Lift)
+    options |= table.given({"margin": "mm"})
     if pattern == "hilbert":
         path = table.made(finishing.hilbert, surface, table.take("order"), **options)
     else:
-        options |= table.given({"radius": "mm", "margin": "mm"})
+        options |= table.given({"radius": "mm"})
         path = table.made(finishing.zigzag, surface, table.number("pitch", "mm"), **options)
     if table.has("deviation"):
         path = table.made(path.blended, table.number("deviation", units_of(finishing.Path)["deviation"]))

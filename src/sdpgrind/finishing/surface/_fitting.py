@@ -100,7 +100,7 @@ def _refuse_holes(empty: float, most: float, fit: NetFit) -> None:
         nu, nv = fit.control_points.shape[:2]
         raise ValueError(
             f"points must lie within {NEAR} knot spans, and within {WIDE:g} times the usual distance of"
-            f" points, of all but {most:g} of the rectangle around them; {empty:.3g} of it is empty at a net of"
-            f" {nu} x {nv}. Take a smaller region, or empty_max="
+            f" points, of all but {most:g} of the rectangle around them; {empty:.3g} of it is empty at a net"
+            f" of {nu} x {nv}. Take a smaller region, or empty_max="
             f"{math.ceil(100 * empty) / 100:g} where the part has a hole or no corner there"
         )
