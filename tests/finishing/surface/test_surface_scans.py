@@ -168,8 +168,12 @@ POINTS = np.random.default_rng(1).uniform(0.0, 30.0, (60, 2)) @ np.array([[1.0, 
         ("a.csv", "\n".join("{:.9g}, {:.9g}, {:.9g} // end".format(*row) for row in POINTS)),
         ("a.csv", "no;z [mm];Y (cm);X [m]\n" + "\n".join(f"7;{z:.9g};{y / 10:.9g};{x / 1000:.9g}" for x, y, z in POINTS)),
         ("a.csv", "\ufeffx;y;z\n" + "\n".join(f"{x:.9g};{y:.9g};{z:.9g}".replace(".", ",") for x, y, z in POINTS)),
+        ("a.csv", "\n".join(f"{x:.9g};{y:.9g};{z:.9g}".replace(".", ",") for x, y, z in POINTS)),
+        ("a.xyz", "\n".join(f"{x:.9g}  {y:.9g} {z:.9g}".replace(".", ",") for x, y, z in POINTS)),
+        ("a.xyz", "\n".join(f"{x:.9g}\t{y:.9g}\t{z:.9g}".replace(".", ",") for x, y, z in POINTS)),
     ],
-    ids=["blanks", "tabs, comment, more columns", "names", "no names", "units", "decimal comma"],
+    ids=["blanks", "tabs, comment, more columns", "names", "no names", "units", "decimal comma",
+         "decimal commas without names", "decimal commas between blanks", "decimal commas between tabs"],
 )  # fmt: skip
 def test_tables_of_points(tmp_path, name, text):
     path = tmp_path / name
@@ -204,17 +208,20 @@ def test_points_of_a_ply(tmp_path):
         ("a.ply", b"solid a\nendsolid a\n", r"'a\.ply' must be a PLY, whole; got"),
         ("a.obj", raw(*block(5), "obj")[:1000], r"'a\.obj' must"),
         ("a.obj", b"hello\n" * 9, r"'a\.obj' must hold triangles or points; got none: is it an OBJ, and whole\?"),
-        ("a.xyz", b"1 2 3\n4 5 6\n7 8\n", r"'a\.xyz', line 3 must hold three numbers, x y z \(mm\); got '7 8'"),
-        ("a.xyz", b"1 2 3\nC 5 6 8\n", r"line 2 must hold three numbers"),
+        ("a.xyz", b"1 2 3\n4 5 6\n7 8\n", r"'a\.xyz', line 3 must hold 3 cells as the first one does; got 2: '7 8'"),
+        ("a.xyz", b"1 2 3\nC 5 6 8\n", r"line 2 must hold 3 cells as the first one does; got 4"),
+        ("a.csv", b"0,5,0,25,1,0\n1,5,0,25,2,0\n", r"must show its decimal sign; '0,5,0,25,1,0' has none but commas: where commas"),
+        ("a.csv", b"x,y,z\n0,5,0,25,1,0\n", r"line 2 must hold 3 cells as the first one does; got 6: .*: where commas are decimal"),
+        ("a.csv", b"0.5,0.25,1\n1,5,0,25,2\n", r"line 2 must hold 3 cells as the first one does; got 5"),
         ("a.xyz", b"\x89PNG\r\n\xff", r"'a\.xyz' must be a text of numbers, x y z \(mm\), in UTF-8"),
         ("a.csv", b"# nothing\n", r"'a\.csv' must hold points, a line x y z each \(mm\); got none"),
         ("a.csv", b"x,y,height\n1,2,3\n", r"'a\.csv' must have columns x, y and z, each once, or numbers only"),
-        ("a.csv", b"x,y,z [s]\n1,2,3\n", r"'a\.csv', column z: its unit must be .*; got 's'"),
+        ("a.csv", b"x,y,z [s]\n1,2,3\n", r"'a\.csv', column z must have a unit like mm .*; got 's'"),
         ("a.csv", b"1,2,3\n4,nan,6\n", r"'a\.csv'\[4\] must be finite \(mm\); got nan"),
         ("a.npy", b"\x93NUMPY\x01\x00", r"'a\.npy' must be an array of NumPy, whole; got"),
         ("a.npy", b"1 2 3", r"'a\.npy' must be an array of NumPy, whole; got"),
         ("a.step", b"", r"path must be a scan, \.stl, \.ply, \.obj, \.xyz, \.csv, \.npy; got 'a\.step'"),
-        ("a.xyz", b"0 0 0\n0.1 0 0\n0 0.1 0\n", r"must be in mm; it is 0\.141 mm across\. In metres or inches\?.*units\.m"),
+        ("a.xyz", b"0 0 0\n0.1 0 0\n0 0.1 0\n", r"must be in mm where no unit is given; it is 0\.141 mm across\. In metres or inches\?.*unit=.m"),
         ("a.xyz", b"0 0 0\n10 0 0\n0 10 0\n", r"points must be no fewer than the control points"),
     ],
 )  # fmt: skip
@@ -222,6 +229,50 @@ def test_files_that_are_refused(tmp_path, name, data, message):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(ValueError, match=message):
         read_scan(tmp_path / name)
+
+
+def of_unit(text, factor):
+    """Points of a table in another unit."""
+    return "\n".join(" ".join(repr(float(x) / factor) for x in row) for row in text)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("m", 1000.0), ("in", 25.4), ("cm", 10.0), (None, 1.0)])
+def test_scans_in_a_unit_that_is_given(tmp_path, unit, factor):
+    (tmp_path / "a.xyz").write_text(of_unit(POINTS, factor), encoding="utf-8")
+    np.save(tmp_path / "a.npy", POINTS / factor)
+    corners, faces = block(5)
+    written(tmp_path / "a.ply", corners[:25] / factor, faces[:32])
+    wanted = {"a.xyz": POINTS, "a.npy": POINTS, "a.ply": corners[:25]}
+    for name, points in wanted.items():
+        (found,) = read_scan(tmp_path / name, unit=unit)
+        assert found.surface.area == pytest.approx(Surface.fit(points).area, rel=1e-5)
+
+
+def test_whole_numbers_with_names_are_no_decimals(tmp_path):
+    rows = [f"{x},{y},{x + y},255,0,0" for x in range(5) for y in range(5)]
+    (tmp_path / "a.csv").write_text("x,y,z,r,g,b\n" + "\n".join(rows), encoding="utf-8")
+    assert read_scan(tmp_path / "a.csv")[0].surface.fit.error < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("unit", "message"),
+    [
+        ("s", r"unit: numbers of a scan must have a unit like mm \(.*; got 's'"),
+        ("mil", r"'mil' may mean several units"),
+        ("in", r"unit must be None, as 'a\.csv' names its own; got 'in'"),
+    ],
+)
+def test_units_that_are_refused(tmp_path, unit, message):
+    (tmp_path / "a.csv").write_text("x (mm),y,z\n1,2,3\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        read_scan(tmp_path / "a.csv", unit=unit)
+
+
+def test_a_small_part_has_its_unit_given(tmp_path):
+    np.save(tmp_path / "a.npy", POINTS / 100.0)
+    with pytest.raises(ValueError, match=r"a part so small: unit=\"mm\""):
+        read_scan(tmp_path / "a.npy")
+    assert read_scan(tmp_path / "a.npy", unit="mm")[0].surface.area > 0.05
 
 
 def test_an_array_of_objects_is_not_unpickled(tmp_path):

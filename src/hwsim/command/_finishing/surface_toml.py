@@ -34,7 +34,9 @@ def _of_points(table: Table) -> finishing.Surface:
 
 def _of_file(table: Table, folder: Path) -> Patch:
     """One face of a STEP file, or a region of a scan."""
-    options = {"region": _region(table.table("region"))} if table.has("region") else {}
+    options: dict[str, Any] = {"region": _region(table.table("region"))} if table.has("region") else {}
+    if table.has("unit"):
+        options["unit"] = table.take("unit")
     found = table.made(finishing.read_surfaces, folder / str(table.take("file")), **options)
     index = table.take("face") if table.has("face") else 0 if len(found) == 1 else None
     if isinstance(index, int) and not isinstance(index, bool) and 0 <= index < len(found):

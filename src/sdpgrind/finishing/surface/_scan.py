@@ -13,7 +13,7 @@ from sdpgrind.finishing.surface import _fitting as fitting
 from sdpgrind.finishing.surface import _scan_mesh as mesh
 from sdpgrind.finishing.surface._fit_task import checked_points
 from sdpgrind.finishing.surface._region import Region
-from sdpgrind.finishing.surface._scan_table import read_array, read_text
+from sdpgrind.finishing.surface._scan_table import factor_to_mm, read_array, read_text
 from sdpgrind.finishing.surface._surface import Surface, fitted_surface
 from sdpgrind.finishing.surface._triangles import Triangles, boundary, nearest, reached
 
@@ -42,11 +42,12 @@ def read_scan(
     net: tuple[int, int] | None = None,
     degree: tuple[int, int] = (3, 3),
     tolerance: float = 0.01,
+    unit: str | None = None,
 ) -> tuple[ScannedPatch, ...]:
     """Return a surface fitted to each region of a scan, or to all of it; see `Surface.fit`.
 
-    Files of these kinds hold no unit: their numbers are mm, but for columns of a text that name another. The
-    tool is outside of triangles, and above points.
+    Files of these kinds hold no unit: their numbers are in `unit`, or mm, but for columns of a text that name
+    another. The tool is outside of triangles, and above points.
     """
     file = checks.path("path", path)
     ending, told = file.suffix.lower(), repr(file.name)
@@ -56,7 +57,7 @@ def read_scan(
     for each in regions:
         if each is not None:
             checks.kind("region", each, Region)
-    scan = _read(file.read_bytes(), ending, told)
+    scan = _read(file.read_bytes(), ending, told, unit)
     parts = [scan if each is None else _part(scan, each, told) for each in regions]
     allowed = [fitting.EMPTY if each is None else each.empty_max for each in regions]
     return tuple(
@@ -64,15 +65,20 @@ def read_scan(
     )
 
 
-def _read(raw: bytes, ending: str, told: str) -> Triangles | Floats:
+def _read(raw: bytes, ending: str, told: str, unit: str | None) -> Triangles | Floats:
     """Read triangles or points, mm."""
-    scan = mesh.read_mesh(raw, ending, told) if ending in mesh.ENDINGS else TABLES[ending](raw, told)
+    factor = factor_to_mm(unit)
+    if ending in mesh.ENDINGS:
+        scan = mesh.read_mesh(raw, ending, told)
+        scan = scan._replace(corners=scan.corners * factor) if isinstance(scan, Triangles) else scan * factor
+    else:
+        scan = TABLES[ending](raw, told, unit)
     points = checked_points(told, scan.corners if isinstance(scan, Triangles) else scan)
     size = _size(points)
-    if size < SMALLEST:
+    if size < SMALLEST and unit is None:
         raise ValueError(
-            f"{told} must be in mm; it is {size:.3g} mm across. In metres or inches? Then"
-            " Surface.fit(units.m(points)) or Surface.fit(units.inch(points))"
+            f"{told} must be in mm where no unit is given; it is {size:.3g} mm across. In metres or inches?"
+            ' Then unit="m" or unit="in"; a part so small: unit="mm"'
         )
     return scan if isinstance(scan, Triangles) else points
 
