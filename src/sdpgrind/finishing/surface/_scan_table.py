@@ -20,7 +20,7 @@ SEPARATORS = (";", "\t", ",", None)
 
 
 class _Layout(NamedTuple):
-    """Separator (None: blanks), cells a line, columns of x, y and z, their units ("": none), lines of names."""
+    """Separator (None: blanks), cells a line, columns of x, y and z, their units or "", lines of names."""
 
     separator: str | None
     width: int
