@@ -146,6 +146,40 @@ def test_the_nearest_triangle(seed):
     assert distance <= min(far) + 1e-12 and far[best] - distance < 0.03
 
 
+def test_flat_faces_of_few_corners(tmp_path):
+    """The faces of a box are two triangles each: as exact as the file, with their edges as loops."""
+    box = trimesh.creation.box((40.0, 30.0, 10.0))
+    path = written(tmp_path / "box.stl", box.vertices, box.faces)
+    seeds = {(1.0, 1.0, 5.0): 1200.0, (1.0, -15.0, 1.0): 400.0, (20.0, 1.0, 1.0): 300.0}
+    for found, (seed, area) in zip(
+        read_scan(path, [Region(seed=s) for s in seeds]), seeds.items(), strict=True
+    ):
+        outward = np.array(seed) * (np.abs(seed) > 4.0)
+        np.testing.assert_allclose(
+            found.surface.normal(0.3, 0.6), outward / np.linalg.norm(outward), rtol=0, atol=1e-9
+        )
+        assert found.surface.fit.error < 1e-6 and found.surface.area == pytest.approx(area, rel=1e-6)
+        assert len(found.loops) == 1 and len(found.loops[0]) == 4
+    with pytest.raises(
+        ValueError, match=r"region must have at least 16 corners of triangles, or be flat; it has 8,"
+    ):
+        read_scan(path)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=20, deadline=None)
+def test_finer_triangles_are_the_same_surface(seed):
+    """Area and outside stay; the corners of before come first; common sides get one corner."""
+    rng = np.random.default_rng(seed)
+    before = scan_triangles.Triangles(rng.normal(size=(5, 3)), np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2]]))
+    after = scan_triangles.finer(before)
+    assert after.faces.shape == (12, 3) and len(after.corners) == 5 + 7
+    np.testing.assert_array_equal(after.corners[:5], before.corners)
+    areas = [np.linalg.norm(each.normals, axis=1).sum() for each in (before, after)]
+    assert areas[0] == pytest.approx(areas[1], rel=1e-12)
+    np.testing.assert_allclose(after.normals.sum(axis=0), before.normals.sum(axis=0), rtol=0, atol=1e-12)
+
+
 def test_creases_end_a_region():
     """A roof of 40 deg at the ridge, by triangles that share its edge."""
     tilt = np.tan(units.deg(20.0))
@@ -290,7 +324,6 @@ def test_an_array_of_objects_is_not_unpickled(tmp_path):
         (None, r"points must be a sheet over their plane.*Region\(box="),
         (TOP.replace(seed=(100.0, 0.0, 0.0)), r"seed must be on the scan \(mm\), its nearest triangle is 50 mm away; got \[100"),
         (Region(box=((90.0, 0.0, 0.0), (99.0, 9.0, 9.0))), r"box must be around part of 'a\.stl', which is within \[\[0\.0"),
-        (Region(seed=(25.0, 0.0, -10.0), box=((24.0, -1.0, -21.0), (27.6, 1.0, 9.0))), "no fewer than the control points"),
     ],
 )  # fmt: skip
 def test_regions_that_are_refused(tmp_path, region, message):

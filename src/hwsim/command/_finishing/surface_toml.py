@@ -1,5 +1,6 @@
 """Surface and path of a finishing job: a preset, control points or a face of a file, and lines over it."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,12 +38,24 @@ def _of_file(table: Table, folder: Path) -> Patch:
     options: dict[str, Any] = {"region": _region(table.table("region"))} if table.has("region") else {}
     if table.has("unit"):
         options["unit"] = table.take("unit")
-    found = table.made(finishing.read_surfaces, folder / str(table.take("file")), **options)
+    found = _read(table, folder / str(table.take("file")), options)
     index = table.take("face") if table.has("face") else 0 if len(found) == 1 else None
     if isinstance(index, int) and not isinstance(index, bool) and 0 <= index < len(found):
         return found[index]
     faces = "; ".join(f"{k}: {each.name or 'face'}, {each.area:.5g} mm^2" for k, each in enumerate(found))
     raise ValueError(f"{table.path('face')} must be the number of one of the faces ({faces}); got {index!r}")
+
+
+def _read(table: Table, file: Path, options: Mapping[str, Any]) -> finishing.surface.Patches:
+    """Read a file; advice on a region is given in words of the job."""
+    try:
+        return table.made(finishing.read_surfaces, file, **options)
+    except ValueError as error:
+        words = str(error)
+        if not any(name in words for name in ("Region(", "empty_max", "region", "unit=")):
+            raise
+        asked = f"[{table.path('region')}] box, seed, crease, empty_max; {table.path('unit')}"
+        raise ValueError(f"{words} (keys of this file: {asked})") from error
 
 
 def _region(table: Table) -> finishing.Region:

@@ -1,5 +1,6 @@
 """Surfaces fitted to regions of a scan: from STL, PLY and OBJ, and from tables of points."""
 
+import math
 import os
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,11 +12,11 @@ from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface import _fitting as fitting
 from sdpgrind.finishing.surface import _scan_mesh as mesh
-from sdpgrind.finishing.surface._fit_task import checked_points
+from sdpgrind.finishing.surface._fit_task import SPARE, checked_points
 from sdpgrind.finishing.surface._region import Region
 from sdpgrind.finishing.surface._scan_table import factor_to_mm, read_array, read_text
 from sdpgrind.finishing.surface._surface import Surface, fitted_surface
-from sdpgrind.finishing.surface._triangles import Triangles, boundary, nearest, reached
+from sdpgrind.finishing.surface._triangles import Triangles, boundary, finer, nearest, reached
 
 TABLES = {".xyz": read_text, ".csv": read_text, ".npy": read_array}
 ENDINGS = (*mesh.ENDINGS, *TABLES)
@@ -99,9 +100,30 @@ def _fitted(
         return ScannedPatch(Surface.fit(scan, net, degree, tolerance, empty_max=empty_max), ())
     loops = boundary(scan)
     surface = fitted_surface(
-        Surface, scan.corners, net, degree, tolerance, scan.outside, empty_max, scattered=not loops
+        Surface,
+        _points_of(scan, net, degree),
+        net,
+        degree,
+        tolerance,
+        scan.outside,
+        empty_max,
+        scattered=not loops,
     )
     return ScannedPatch(surface, tuple(lasting(surface.fit.feet[loop]) for loop in loops))
+
+
+def _points_of(scan: Triangles, net: tuple[int, int] | None, degree: tuple[int, int]) -> Floats:
+    """Corners of triangles; of a flat face, which needs but four, also places between them."""
+    least = math.prod(net or (p + 1 for p in degree))
+    if len(scan.corners) < least and not scan.flat:
+        raise ValueError(
+            f"region must have at least {least} corners of triangles, or be flat; it has {len(scan.corners)},"
+            " from which no curved surface is told: take more of the mesh, export it finer, or read the part"
+            " from STEP"
+        )
+    while len(scan.corners) < SPARE * least and scan.flat:
+        scan = finer(scan)
+    return scan.corners
 
 
 def _part(scan: Triangles | Floats, region: Region, told: str) -> Triangles | Floats:
