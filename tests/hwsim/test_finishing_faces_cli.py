@@ -98,3 +98,18 @@ def test_refused_faces_of_a_job(file, face, told, tmp_path):
     job.write_text(FACE.format(file=file, face=face, angle=30))
     with pytest.raises((ValueError, OSError), match=told):
         read(job)
+
+
+def test_advice_on_a_region_is_in_words_of_the_job(tmp_path):
+    """A hole of a third of the square, and a scan without a unit; then with both."""
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, 20, 41), np.linspace(0, 20, 41)))
+    kept = np.hypot(x - 10.0, y - 10.0) > 6.5
+    np.savetxt(tmp_path / "scan.xyz", np.column_stack([x, y, 0.2 * x])[kept] / 25.4)
+    job, words = tmp_path / "job.toml", {"file": "scan.xyz", "angle": 30}
+    job.write_text(FACE.format(**words, face='unit = "in"').replace("12 mm", "6 mm"))
+    told = r"\(keys of this file: \[surface\.region\] box, seed, crease, empty_max; surface\.unit\)"
+    with pytest.raises(ValueError, match=told):
+        read(job)
+    face = 'unit = "in"\n[surface.region]\nbox = [[-1, -1, -1], [21, 21, 5]]\nempty_max = 0.4'
+    job.write_text(FACE.format(**words, face=face).replace("12 mm", "6 mm"))
+    assert read(job).problem.path.patch.area == pytest.approx(400 * 1.04**0.5, rel=1e-6)

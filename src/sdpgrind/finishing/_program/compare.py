@@ -21,7 +21,9 @@ class MotionCheck(NamedTuple):
     ----------
     deviation : float
         Greatest distance of the contact from the planned path, or of a turn of the tool times the lever arm,
-        mm.
+        mm. Each planned place is compared with the nearest one of the program: of a program that is off by
+        more than the stated deviation, as in another work frame, the turn is that at another place of the
+        path, and both numbers are upper bounds.
     angle_deviation : float
         Greatest turn of the tool from the planned one, rad.
     feed_excess : float
