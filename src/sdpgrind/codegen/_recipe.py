@@ -40,6 +40,8 @@ class Recipe:
         Constants: numbers, arrays, NamedTuples of these.
     state : array
         State after a reset; without one an unused entry.
+    settings : sequence of int
+        Places in `state` that the step only reads: their numbers are constants of the C, and may be sizes.
     start : Kernel, optional
         ``start(state, *law)``, which resets the state. Default: `state` is copied.
     missing : sequence of str
@@ -107,6 +109,7 @@ class Recipe:
     outputs: Mapping[str, str]
     law: tuple[Any, ...] = ()
     state: Any = _STATE
+    settings: Sequence[int] = ()
     start: Kernel | None = None
     missing: Sequence[str] = ()
     defaults: Mapping[str, float] = field(default_factory=dict)
@@ -144,6 +147,8 @@ class Recipe:
         state = np.array(self.state, dtype=float)
         if state.ndim != 1 or not state.size:
             raise checks.refuse("state", "a row of numbers", state.shape)
+        if self.start is not None and self.settings:
+            raise checks.refuse("settings", "left out where a kernel starts the state", list(self.settings))
         object.__setattr__(self, "state", state)
         object.__setattr__(self, "law", tuple(_plain(one) for one in self.law))
 

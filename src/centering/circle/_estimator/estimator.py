@@ -1,8 +1,9 @@
 """The streaming estimator: radius and centre after each reading, and whether they are certain enough."""
 
 from collections.abc import Mapping
+from copy import deepcopy
 from math import degrees, inf, log, pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,9 @@ from centering.circle._fit.form import assumed_lobes, known_harmonics
 from sdpgrind.base import checks, units
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Status
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 
 class GeometryEstimator:
@@ -142,6 +146,14 @@ class GeometryEstimator:
         clear(state)
         state[at.INDEX] = state[at.RESTARTS] = 0.0
         self._rejected.clear()
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it: settings and radius known, before the first reading."""
+        from centering.circle._estimator.recipe import recipe_of
+
+        fresh = deepcopy(self)
+        fresh.reset()
+        return recipe_of(fresh._state)
 
     def update(self, *, angle: float, reading: float) -> None:
         """Take one reading.

@@ -16,7 +16,7 @@ _SIGNS: dict[type, str] = {
     ast.BitAnd: "&", ast.BitOr: "|", ast.BitXor: "^", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
     ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-_FOLDED: dict[type, Callable[[int, int], Any]] = {
+_FOLDED: dict[type, Callable[[float, float], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.LShift: operator.lshift,
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
@@ -163,8 +163,8 @@ class Expressions(Calls):
     def _compared(self, node: ast.AST, sign: ast.cmpop, left: Value, right: Value) -> Value:
         if type(sign) not in _SIGNS:
             raise self.source.unknown(sign)
-        if left.count is not None and right.count is not None:
-            return literal(bool(_FOLDED[type(sign)](left.count, right.count)))
+        if left.number is not None and right.number is not None:
+            return literal(bool(_FOLDED[type(sign)](left.number, right.number)))
         kind = unified(left.type, right.type)
         if not isinstance(kind, Scalar):
             raise self.refused(node, "a comparison of what are no numbers", "compare numbers")

@@ -49,6 +49,8 @@ class Function:
     text: str
     bounds: tuple[dict[str, Any], ...]
     stack: int
+    view: tuple[int, int] | None
+    """Of a kernel that only returns a view: the parameter and the place; such a one is no function in C."""
 
     @property
     def record(self) -> dict[str, Any]:
@@ -158,21 +160,25 @@ class CProgram:
     ) -> Function:
         """Return the function of a kernel for arguments of these types."""
         kinds = tuple(one.type for one in values)
-        for key in ((kernel, kinds, ()), (kernel, kinds, tuple(one.count for one in values))):
+        known = tuple(one.count for one in values)
+        for key in ((kernel, kinds, ()), (kernel, kinds, known)):
             if key in self.functions:
                 return self.functions[key]
-        for counts in ((), tuple(one.count for one in values)):
-            try:
-                return self._translated(kernel, kinds, counts, at)
-            except SizeUnknownError:
-                if counts or all(one.count is None for one in values):
-                    raise
-        raise AssertionError
+        counts, useful = (), any(one is not None for one in known)
+        try:
+            found = self._translated(kernel, kinds, (), at)
+        except SizeUnknownError:
+            if not useful:
+                raise
+            found = None
+        if found is None or (useful and isinstance(found.result, Array) and found.view is None):
+            counts, found = known, self._translated(kernel, kinds, known, at)
+        self.functions[kernel, kinds, counts] = found
+        return found
 
     def _translated(
         self, kernel: Kernel, kinds: tuple[Type, ...], counts: tuple[int | None, ...], at: Any
     ) -> Function:
-        key = (kernel, kinds, counts)
         if kernel in self._underway and at is not None:
             raise at[0].refused(at[1], f"the recursion of {kernel.py_func.__name__}", "write a loop")
         self._underway.append(kernel)
@@ -190,7 +196,6 @@ class CProgram:
         finally:
             self._underway.pop()
         check_result(found)
-        self.functions[key] = found
         return found
 
     def _finished(
@@ -210,6 +215,7 @@ class CProgram:
         return Function(
             name, signature, body.kernel, body.source, body.parameters, kinds, result,
             frozenset(body.written) & frozenset(body.parameters), faults, text, tuple(body.bounds), stack,
+            body.view(lines),
         )  # fmt: skip
 
     # -- text ------------------------------------------------------------------------------------------
@@ -221,7 +227,7 @@ class CProgram:
         parts += list(self.tables.values())
         parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
         parts += [helper_text(name, prefix) for name in helpers_in_order(self.helpers)]
-        functions = list(self.functions.values())
+        functions = [one for one in self.functions.values() if one.view is None]
         parts.append("\n".join(f"{one.signature};" for one in functions))
         return "\n\n".join([*parts, *(one.text for one in functions)])
 
@@ -247,9 +253,6 @@ def _cell(number: Any) -> str:
 
 def check_result(function: Function) -> None:
     """Hold the result's type against numba's."""
-    arguments = tuple(to_numba(one) for one in function.types)
-    function.kernel.compile(arguments)
-    compiled: Any = function.kernel.overloads[arguments]
-    result = compiled.signature.return_type
+    result = function.kernel.result_type(tuple(to_numba(one) for one in function.types))
     if not same_result(function.result, result):
         raise AssertionError(f"{function.name}: {function.result}, and numba has {result}")

@@ -86,7 +86,7 @@ class Views(Body):
             raise self.refused(node, "a subscript of what is neither array nor tuple", "use an array")
         place = self.place(node, base, base.type)
         if isinstance(place.type, Array) or not base.type.bits:
-            return place
+            return place if place.number is None else literal(place.number, place.note)
         return Value(f"{self.program.helper('bits')}({place.code})", INT64)
 
     def _of_tuple(self, node: ast.Subscript, base: Value) -> Value:
@@ -124,9 +124,13 @@ class Views(Body):
         view = moved(base, at, tuple(terms), self._note(indices))
         kept = [k for k, one in enumerate(axes) if one.extent != -1] + list(range(len(axes), len(kind.shape)))
         if not kept:
-            return Value(f"{base.code}[{place_of(view)}]", kind.element, root=base.root)
+            number = dict(kind.fixed).get(at) if not terms else None
+            return Value(
+                f"{base.code}[{place_of(view)}]", kind.element, number=number, root=base.root, note=view.note
+            )
         shape = tuple(axes[k].extent if k < len(axes) else kind.shape[k] for k in kept)
-        return replace(view, type=replace(kind, shape=shape, strides=tuple(kind.strides[k] for k in kept)))
+        strides = tuple(kind.strides[k] for k in kept)
+        return replace(view, type=replace(kind, shape=shape, strides=strides, fixed=()))
 
     def _note(self, indices: list[ast.expr]) -> str:
         """Return the name of a constant index, for the comment."""
