@@ -1,7 +1,6 @@
 """The streaming estimator: radius and centre after each reading, and whether they are certain enough."""
 
 from collections.abc import Mapping
-from copy import deepcopy
 from math import degrees, inf, log, pi
 from typing import TYPE_CHECKING, Any
 
@@ -127,6 +126,7 @@ class GeometryEstimator:
         self._prior = (0.0, 0.0) if radius_prior is None else radius_and_sd(radius_prior, float(tip_radius))
         self._rejected: dict[int, tuple[float, float]] = {}
         self.reset()
+        self._fresh = state.copy()
 
     def reset(self, keep_radius: bool = False) -> None:
         """Forget the readings, as after a push.
@@ -151,9 +151,7 @@ class GeometryEstimator:
         """Return what `sdpgrind.export` writes of it: settings and radius known, before the first reading."""
         from centering.circle._estimator.recipe import recipe_of
 
-        fresh = deepcopy(self)
-        fresh.reset()
-        return recipe_of(fresh._state)
+        return recipe_of(self._fresh)
 
     def update(self, *, angle: float, reading: float) -> None:
         """Take one reading.
