@@ -112,7 +112,7 @@ def test_what_no_command_exports_is_told(tmp_path, capsys):
 
 def test_beads_in_the_loop(tmp_path, policy):
     """Nothing but C decides; what the plan expects comes from the library: the logs are equal in all columns."""
-    plant = hwsim.BeadGrinder(policy.problem)
+    plant = hwsim.WeldBeadStand(policy.problem)
     made = sdpgrind.export(policy, tmp_path / "bead")
     log = hwsim.run(plant, made.controller(), parts=4, rng=0)
     wanted = hwsim.run(plant, weldbead.SequenceController(policy), parts=4, rng=0)

@@ -227,13 +227,13 @@ class Calls(Views):
         shape = tuple(total // max(rest, 1) if one < 0 else one for one in counts)
         if math.prod(shape) != total:
             raise self.refused(node, f"a shape {shape} of {total} elements", "use one that fits")
-        return replace(kind, shape=shape, strides=dense(shape), fixed=())
+        return replace(kind, shape=shape, strides=dense(shape))
 
     def _viewed(self, node: ast.Call, base: Value, kind: Array) -> Value:
         told = self.expression(node.args[0]).type
         thing = told.thing if isinstance(told, Known) else None
         if isinstance(thing, np.dtype) and thing.names and kind.element == FLOAT64 and kind.dense:
-            return replace(base, type=RowType(thing))
+            return replace(base, type=RowType(thing, kind.fixed))
         if thing is np.int64 and kind.element == FLOAT64:
             return replace(base, type=replace(kind, bits=True, fixed=()))
         raise self.refused(node, "this view of an array", "view doubles as a record, or as np.int64")

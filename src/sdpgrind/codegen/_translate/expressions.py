@@ -123,9 +123,19 @@ class Expressions(Calls):
         a, b = self.converted(node, left, kind), self.converted(node, right, kind)
         return Value(f"{self.program.helper(name)}({a.code}, {b.code})", kind)
 
+    def _is_written(self, node: ast.AST) -> bool:
+        """Whether the exponent stands in the kernel: numba knows such a one, and not those of a law."""
+        if not isinstance(node, ast.BinOp):
+            return True
+        return all(one.id not in self.variables for one in ast.walk(node.right) if isinstance(one, ast.Name))
+
     def _power(self, node: ast.AST, base: Value, exponent: Value) -> Value:
         """Repeated squaring for whole exponents, in the order of numba; pow for others."""
-        if exponent.number in _EVALUATED_OTHERWISE and isinstance(exponent.number, float):
+        if (
+            self._is_written(node)
+            and exponent.number in _EVALUATED_OTHERWISE
+            and isinstance(exponent.number, float)
+        ):
             raise self.refused(node, f"**{exponent.number}", "write x*x, 1/x, np.sqrt(x): pow has other bits")
         if base.count is not None and exponent.count is not None and exponent.count >= 0:
             return literal(base.count**exponent.count)

@@ -13,6 +13,7 @@ from sdpgrind.codegen._translate.refusals import KernelSource, check_options
 from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_in_order
 from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.types import (
+    BOOL,
     ELEMENTS,
     Array,
     Nothing,
@@ -29,6 +30,7 @@ from sdpgrind.codegen._translate.values import Value, comment, known, literal
 from sdpgrind.codegen._translate.views import SizeUnknownError
 
 _PASSES = 12  # chosen: passes over one kernel; types only widen, so two or three suffice
+_FEW = 64  # chosen: entries of a table whose numbers are written where they are read
 _FRAME = 96  # chosen: bytes of stack of a call beside its variables and arguments
 _ENTRY = 8  # derived: bytes of a pointer
 
@@ -144,7 +146,8 @@ class CProgram:
             declared = f"static const {element.c} {place}[{len(cells)}]"
             self.tables[place] = f"{self._comment(name, array)}\n{declared} = {{\n    {body}\n}};"
             self.table_bytes += array.nbytes
-            kind = Array(element, array.shape, dense(array.shape))
+            few = array.ravel().tolist() if array.size <= _FEW and element != BOOL else []
+            kind = Array(element, array.shape, dense(array.shape), fixed=tuple(enumerate(few)))
             self._arrays[key] = Value(place, kind)
         return self._arrays[key]
 

@@ -121,7 +121,8 @@ class Statements(Expressions):
     def _place(self, node: ast.Subscript | ast.Attribute) -> Value:
         """Return an element or view that is assigned to."""
         if isinstance(node, ast.Attribute):
-            return self.attribute(node)
+            base = self.expression(node.value)
+            return self.field(base, node.attr) if isinstance(base.type, RowType) else self.attribute(node)
         base = self.expression(node.value)
         if not isinstance(base.type, Array) or base.type.bits:
             raise self.refused(node, "setting an item of what is no array", "use an array")

@@ -62,9 +62,10 @@ def dense(shape: tuple[int | None, ...]) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class RowType:
-    """A row of doubles with names."""
+    """A row of doubles with names; `fixed` as of `Array`."""
 
     dtype: RecordType
+    fixed: tuple[tuple[int, float], ...] = ()
 
 
 @dataclass(frozen=True)

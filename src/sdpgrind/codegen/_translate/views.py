@@ -1,6 +1,7 @@
 """Attributes and subscripts: items of tuples, fields of records, elements and views of arrays."""
 
 import ast
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,7 +31,8 @@ class Views(Body):
         if isinstance(kind, Tuple) and node.attr in kind.fields:
             return self.item(base, kind.fields.index(node.attr))
         if isinstance(kind, RowType) and node.attr in (kind.dtype.names or ()):
-            return self.field(base, node.attr)
+            found = self.field(base, node.attr)
+            return found if found.number is None else literal(found.number, found.note)
         if isinstance(kind, Array):
             return self._of_array(node, base, kind)
         raise self.refused(node, f"the attribute {node.attr}", "use fields of records and tuples")
@@ -43,7 +45,8 @@ class Views(Body):
         place = moved(base, offset // 8, note=name)
         if inner.shape:
             return replace(place, type=Array(FLOAT64, inner.shape, dense(inner.shape)))
-        return Value(f"{base.code}[{place_of(place)}]", FLOAT64, root=base.root)
+        number = dict(base.type.fixed).get(offset // 8)
+        return Value(f"{base.code}[{place_of(place)}]", FLOAT64, number=number, root=base.root, note=name)
 
     def _of_array(self, node: ast.Attribute, base: Value, kind: Array) -> Value:
         if node.attr == "size":
@@ -130,7 +133,10 @@ class Views(Body):
             )
         shape = tuple(axes[k].extent if k < len(axes) else kind.shape[k] for k in kept)
         strides = tuple(kind.strides[k] for k in kept)
-        return replace(view, type=replace(kind, shape=shape, strides=strides, fixed=()))
+        size = math.prod(one or 1 for one in shape)
+        whole = not terms and None not in shape and strides == dense(shape)
+        fixed = tuple((k - at, one) for k, one in kind.fixed if whole and at <= k < at + size)
+        return replace(view, type=replace(kind, shape=shape, strides=strides, fixed=fixed))
 
     def _note(self, indices: list[ast.expr]) -> str:
         """Return the name of a constant index, for the comment."""
