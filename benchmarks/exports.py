@@ -56,11 +56,6 @@ def bead() -> Any:
     return weldbead.plan(weldbead.preset("P1"), tolerance=1e-3)
 
 
-def table() -> Any:
-    problem = sdpgrind.locus.preset("adaptive") if hasattr(sdpgrind.locus, "preset") else None
-    return sdpgrind.locus.plan(problem).table()
-
-
 def ring() -> Any:
     return centering.GeometryEstimator(noise_sd=0.002)
 
@@ -85,9 +80,9 @@ def _differing(log: Any, wanted: Any) -> list[str]:
     """Return names of what differs: outcomes, and what was read and commanded in each tier."""
     found = [str(name) for name in wanted.outcome if not log.outcome[name].identical(wanted.outcome[name])]
     for tier in wanted.tiers:
-        for name in wanted[tier]:
-            if not str(name).endswith("_planned") and not log[tier][name].identical(wanted[tier][name]):
-                found.append(f"{tier}.{name}")
+        names = [str(name) for name in wanted[tier] if not str(name).endswith("_planned")]
+        pairs = {name: (log[tier][name], wanted[tier][name]) for name in names}
+        found += [f"{tier}.{name}" for name, (one, other) in pairs.items() if not one.identical(other)]
     return found
 
 

@@ -43,7 +43,11 @@ def test_the_results_of_the_estimator(tmp_path):
         estimator.update(angle=angle, reading=reading)
         assert found["valid"] == estimator.valid and found["restarts"] == estimator.restarts
     circle = estimator.estimate
-    assert (found["radius"], found["center_x"], found["center_y"]) == (circle.radius, circle.center_x, circle.center_y)
+    assert (found["radius"], found["center_x"], found["center_y"]) == (
+        circle.radius,
+        circle.center_x,
+        circle.center_y,
+    )
     assert found["band"] == estimator.band and estimator.restarts == 1
     with pytest.raises(ValueError, match="within their range"):
         c.step(angle=np.nan, reading=60.0)

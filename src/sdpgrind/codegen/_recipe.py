@@ -80,6 +80,8 @@ class Recipe:
         `Exported.controller`; it comes from the library and decides nothing.
     reports : mapping of str to str
         Name of each report to its unit.
+    stands_for, tier : str
+        Class of the controller that steps so, and its tier, for the log. Default: `kind`, "controller".
     job, description : mapping
         As the thing's own, for `Exported.controller`.
 
@@ -127,6 +129,8 @@ class Recipe:
     commands: Mapping[str, str] | None = None
     report: Callable[[int, dict[str, float], dict[str, float]], dict[str, float]] | None = None
     reports: Mapping[str, str] = field(default_factory=dict)
+    stands_for: str = ""
+    tier: str = "controller"
     job: Mapping[str, object] = field(default_factory=dict)
     description: Mapping[str, float | str] = field(default_factory=dict)
 
