@@ -1,12 +1,14 @@
 """Values of expressions in C, and numbers as literals."""
 
 import math
+import textwrap
 from dataclasses import dataclass
 
 from sdpgrind.codegen._translate.types import BOOL, FLOAT64, INT64, Known, Scalar, Type
 
 LOWEST, SUM, PRODUCT, PRIMARY = range(4)
 """How tightly the text of a value binds."""
+_WIDTH = 100  # chosen: characters of a line of a comment
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,14 @@ def double(number: float) -> str:
     if math.isinf(number):
         return "(double)INFINITY" if number > 0 else "-(double)INFINITY"
     return repr(float(number))
+
+
+def comment(text: str, indent: str = "") -> str:
+    """Return a text as a comment, of several lines where it is long."""
+    lines = textwrap.wrap(text.replace("*/", "* /"), _WIDTH)
+    if len(lines) == 1:
+        return f"{indent}/* {lines[0]} */"
+    return "\n".join([f"{indent}/*", *(f"{indent} * {line}" for line in lines), f"{indent} */"])
 
 
 def known(thing: object) -> Value:
