@@ -14,6 +14,7 @@ from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_i
 from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.types import (
     ELEMENTS,
+    FLOAT32,
     Array,
     Nothing,
     RowType,
@@ -116,7 +117,11 @@ class CProgram:
         if isinstance(thing, bool | int | float):
             return literal(thing, name if not name.startswith(("inf", "nan", "pi")) else "")
         if isinstance(thing, tuple):
-            items = tuple(self.constant(one, "") for one in thing)
+            names = getattr(thing, "_fields", [""] * len(thing))
+            items = tuple(
+                self.constant(one, name if isinstance(one, np.ndarray) else "")
+                for one, name in zip(thing, names, strict=True)
+            )
             return Value("", Tuple(type(thing), tuple(one.type for one in items)), items=items)
         if isinstance(thing, np.ndarray):
             return self.table(thing, name or "table")
@@ -129,7 +134,7 @@ class CProgram:
         if key not in self._arrays:
             element = ELEMENTS[array.dtype]
             place = self._free(name, self.tables)
-            cells = [_cell(one) for one in array.ravel().tolist()] or ["0"]
+            cells = [_cell(one, element) for one in array.ravel().tolist()] or ["0"]
             rows = [", ".join(cells[k : k + 8]) for k in range(0, len(cells), 8)]
             body = ",\n    ".join(rows)
             self.tables[place] = f"static const {element.c} {place}[{len(cells)}] = {{\n    {body}\n}};"
@@ -224,8 +229,10 @@ def shown(line: CLine) -> str:
     return "    " * line.depth + line.text
 
 
-def _cell(number: Any) -> str:
+def _cell(number: Any, element: Scalar) -> str:
     """Return an entry of a table: what is no whole number in hexadecimal."""
+    if element == FLOAT32 and not np.isfinite(number):
+        return "NAN" if number != number else "INFINITY" if number > 0.0 else "-INFINITY"
     if isinstance(number, bool | int) or not np.isfinite(number):
         return literal(number).code
     return repr(number) if float(number).is_integer() and abs(number) < 1e15 else float(number).hex()
