@@ -117,11 +117,7 @@ class CProgram:
         if isinstance(thing, bool | int | float):
             return literal(thing, name if not name.startswith(("inf", "nan", "pi")) else "")
         if isinstance(thing, tuple):
-            names = getattr(thing, "_fields", [""] * len(thing))
-            items = tuple(
-                self.constant(one, name if isinstance(one, np.ndarray) else "")
-                for one, name in zip(thing, names, strict=True)
-            )
+            items = tuple(self.constant(one, "") for one in thing)
             return Value("", Tuple(type(thing), tuple(one.type for one in items)), items=items)
         if isinstance(thing, np.ndarray):
             return self.table(thing, name or "table")
