@@ -35,7 +35,7 @@ def arithmetic(state, x, y, out):
     out[1] = -(-1.0 * x) - -y
     out[2] = x / y
     out[3] = (x + y) ** 2 + x**3 - y**5
-    out[4] = (1.0 + x * x) ** -3
+    out[4] = 1.0 / (1.0 + x * x) ** 3
     out[5] = float(COUNT) / 2 + WHERE
     out[6] = math.fabs(x) + np.abs(y) + abs(-3)
     return 0
@@ -51,7 +51,7 @@ def whole_numbers(state, x, y, out):
     out[3] = (a << 2) + (a >> 1) + (a & 5) + (a | 2) + (a ^ 3)
     out[4] = np.int64(x + y)
     out[5] = abs(a) + min(a, b) - max(a, b, 1)
-    out[6] = (a > b) + 2 * (a == b)
+    out[6] = (a > b) + 2 * (a == b) + math.floor(x) * math.ceil(y) // 3 + math.trunc(x)
     return a % 4
 
 
@@ -246,7 +246,7 @@ def functions(state, x, y, out):
     out[1] = np.log(abs(x)) + np.log1p(abs(y)) + np.expm1(x) + np.hypot(x, y)
     out[2] = np.arctan2(x, y) + math.asin(x / (1.0 + abs(x))) + np.arccos(0.1) + math.atan(y)
     out[3] = abs(x) ** y + abs(y) ** 0.25
-    out[4] = np.floor(x) + math.ceil(y) + np.rint(x) + math.copysign(1.0, y) + np.sqrt(abs(x)) + np.trunc(y)
+    out[4] = np.floor(x) + np.ceil(y) + np.rint(x) + math.copysign(1.0, y) + np.sqrt(abs(x)) + np.trunc(y)
     return 0
 
 

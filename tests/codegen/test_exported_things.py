@@ -57,7 +57,7 @@ CASES = {
 def test_small_things(tmp_path, name):
     thing, promise = CASES[name]
     made = sdpgrind.export(thing(), tmp_path / "thing")
-    found = made.check(STEPS, ["gcc"], levels=["-O2"])
+    found = made.check(STEPS, ["gcc"], levels=["-O2"], targets=())
     assert found.status == "equal" and found.differing == 0, found.first
     assert made.promise == promise
 
@@ -72,7 +72,7 @@ def test_a_table_has_the_names_of_its_columns(tmp_path):
 
 def test_a_policy(tmp_path, policy):
     made = sdpgrind.export(policy, tmp_path / "bead")
-    found = made.check(STEPS, ["gcc"], levels=["-O2"])
+    found = made.check(STEPS, ["gcc"], levels=["-O2"], targets=())
     assert found.differing == 0, found.first
     assert made.promise == NONE
     controller = made.controller()
@@ -121,7 +121,7 @@ def test_plunge_in_the_loop(tmp_path, problem, kind):
         "printed": lambda: plunge.CycleController(problem, safety_margin=0.05, sparkout="printed"),
     }[kind]()
     made = sdpgrind.export(controller, tmp_path / "cycle")
-    assert made.check(STEPS, ["gcc"], levels=["-O1"]).differing == 0
+    assert made.check(STEPS, ["gcc"], levels=["-O1"], targets=()).differing == 0
     grinder = hwsim.PlungeGrinder(problem)
     log = hwsim.run(grinder, made.controller(), parts=2, rng=0)
     wanted = hwsim.run(grinder, controller, parts=2, rng=0)

@@ -56,6 +56,18 @@ def rooted(state, x, out):
     return 0
 
 
+@compiled(error_model="numpy")
+def inverse(state, x, out):
+    out[0] = x**-2
+    return 0
+
+
+@compiled(error_model="numpy")
+def computed_power(state, x, out):
+    out[0] = x ** int(state[0])
+    return 0
+
+
 @compiled(error_model="numpy", fastmath=True)
 def fast(state, x, out):
     out[0] = x
@@ -91,6 +103,8 @@ CASES = {
     listed: "a list is not translated; use np.empty with a constant size, or a tuple",
     whole_array: "arithmetic of whole arrays or tuples is not translated; write the loop",
     rooted: "**0.5 is not translated; write x*x, 1/x, np.sqrt(x): pow has other bits",
+    inverse: "a whole power that is computed, or negative, is not translated; divide by the power",
+    computed_power: "a whole power that is computed, or negative, is not translated; divide by the power",
     fast: "fastmath is not translated; leave it out",
     sorted_: "the function median is not translated; use one of: sqrt",
     four_bytes: "arithmetic of four-byte floats is not translated; write np.float64(...)",

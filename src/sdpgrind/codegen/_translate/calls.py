@@ -37,6 +37,8 @@ _CALLED = {"abs": "fabs", "absolute": "fabs", "arcsin": "asin", "arccos": "acos"
 _CALLED |= {"arctan2": "atan2", "power": "pow"}
 _TESTS = {"isnan", "isinf", "isfinite"}
 _KNOWN = {"min", "max", "len", *EXACT.split(), *LIBM.split(), *_CALLED, *_TESTS}
+_ROUNDED = (math.floor, math.ceil, math.trunc)
+"""Those of math give whole numbers, as in Python; those of numpy doubles."""
 _INTEGERS = (int, np.int64, np.intp)
 
 
@@ -126,7 +128,8 @@ class Calls(Views):
             return self.as_truth(node, values[0])
         if not any(thing is getattr(home, name, None) for home in (math, np)) and thing is not abs:
             raise self.refused(node, f"the function {name}", "use functions of math and numpy, or a kernel")
-        return self._of_math(node, _CALLED.get(name, name), values)
+        found = self._of_math(node, _CALLED.get(name, name), values)
+        return self._integer(node, found) if thing in _ROUNDED else found
 
     def _of_math(self, node: ast.Call, name: str, values: list[Value]) -> Value:
         if name == "fabs" and values[0].type != FLOAT64:

@@ -136,6 +136,12 @@ class Expressions(Calls):
                 raise self.refused(node, "a power of a whole number", "write float(...), or the product")
             a, b = self.converted(node, base, FLOAT64), exponent
             return Value(f"{self.program.helper('pow')}({a.code}, {b.code})", FLOAT64)
+        if exponent.count is None or exponent.count < 0:
+            raise self.refused(
+                node,
+                "a whole power that is computed, or negative,",
+                "divide by the power, or write float(...): Python raises at 0",
+            )
         if exponent.count == 2:
             if base.level == PRIMARY and "(" not in base.code:
                 return Value(f"{base.code} * {base.code}", FLOAT64, PRODUCT)

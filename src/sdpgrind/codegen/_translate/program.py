@@ -23,13 +23,15 @@ from sdpgrind.codegen._translate.types import (
     Type,
     dense,
     same_result,
+    size_of,
     to_numba,
 )
-from sdpgrind.codegen._translate.values import Value, known, literal
+from sdpgrind.codegen._translate.values import Value, comment, known, literal
 from sdpgrind.codegen._translate.views import SizeUnknownError
 
 _PASSES = 12  # chosen: passes over one kernel; types only widen, so two or three suffice
-_FRAME = 64  # chosen: bytes of stack of a call beside its variables
+_FRAME = 96  # chosen: bytes of stack of a call beside its variables and arguments
+_ENTRY = 8  # derived: bytes of a pointer
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,7 @@ class CProgram:
     structures: dict[Tuple, str] = field(default_factory=dict)
     tables: dict[str, str] = field(default_factory=dict)
     table_bytes: int = 0
+    comments: dict[str, str] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)
     checked: bool = False
     _underway: list[Any] = field(default_factory=list)
@@ -117,7 +120,11 @@ class CProgram:
         if isinstance(thing, bool | int | float):
             return literal(thing, name if not name.startswith(("inf", "nan", "pi")) else "")
         if isinstance(thing, tuple):
-            items = tuple(self.constant(one, "") for one in thing)
+            fields = getattr(thing, "_fields", range(len(thing)))
+            items = tuple(
+                self.constant(one, f"{name}_{inner}" if isinstance(one, tuple | np.ndarray) else "")
+                for one, inner in zip(thing, fields, strict=True)
+            )
             return Value("", Tuple(type(thing), tuple(one.type for one in items)), items=items)
         if isinstance(thing, np.ndarray):
             return self.table(thing, name or "table")
@@ -133,11 +140,17 @@ class CProgram:
             cells = [_cell(one, element) for one in array.ravel().tolist()] or ["0"]
             rows = [", ".join(cells[k : k + 8]) for k in range(0, len(cells), 8)]
             body = ",\n    ".join(rows)
-            self.tables[place] = f"static const {element.c} {place}[{len(cells)}] = {{\n    {body}\n}};"
+            declared = f"static const {element.c} {place}[{len(cells)}]"
+            self.tables[place] = f"{self._comment(name, array)}\n{declared} = {{\n    {body}\n}};"
             self.table_bytes += array.nbytes
             kind = Array(element, array.shape, dense(array.shape))
             self._arrays[key] = Value(place, kind)
         return self._arrays[key]
+
+    def _comment(self, name: str, array: Any) -> str:
+        """Return the comment at a table: what it is, where that is told, and its shape."""
+        told = self.comments.get(name, name.strip("_").replace("_", " "))
+        return comment(f"{told} ({' x '.join(map(str, array.shape))})")
 
     # -- functions -------------------------------------------------------------------------------------
 
@@ -193,7 +206,8 @@ class CProgram:
         callees = [
             one for one in self.functions.values() if any(f"{one.name}(" in line.text for line in lines)
         ]
-        stack = body.bytes + _FRAME + max((one.stack for one in callees), default=0)
+        handed = sum(map(size_of, kinds)) + _ENTRY * faults
+        stack = body.bytes + handed + _FRAME + max((one.stack for one in callees), default=0)
         return Function(
             name, signature, body.kernel, body.source, body.parameters, kinds, result,
             frozenset(body.written) & frozenset(body.parameters), faults, text, tuple(body.bounds), stack,

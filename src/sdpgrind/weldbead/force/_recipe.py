@@ -9,6 +9,13 @@ from sdpgrind.codegen import Recipe
 from sdpgrind.weldbead.force._kernels import ControlCore, exported_step
 
 _INPUTS = {"force": "N", "normal_force_plan": "N", "position_plan": "mm"}
+_MEANINGS = {
+    "force": "reading of the force sensor, > 0 where the disc presses onto the bead",
+    "normal_force_plan": "planned force, ahead by the lag of the loop, > 0 onto the bead",
+    "position_plan": "planned position of the platform, ahead by the lag of the loop, > 0 up",
+    "platform_command": "position of the platform to command, > 0 up: it carries the part towards the disc",
+}
+_READING_MAX, _POSITION_MAX = 1e6, 1e5  # chosen: N, mm; beyond any force sensor, any platform
 _CHAINS = 8  # chosen: passes of the self-test
 _SPREAD = 0.2  # chosen: share of the greatest force by which readings are off; mm of the planned position
 
@@ -28,6 +35,12 @@ def recipe_of(core: ControlCore, state: Floats, period: float, force_max: float)
         law=(core,),
         state=state,
         missing=("force",),
+        ranges={
+            "force": (-_READING_MAX, _READING_MAX),
+            "normal_force_plan": (0.0, force_max),
+            "position_plan": (-_POSITION_MAX, _POSITION_MAX),
+        },
+        meanings=_MEANINGS,
         period=period,
         places={"correction": rest, "command": rest + 1, "samples_lost": rest + 2, "error": rest + 3},
         equations="feedforward of the planned height, feedback on the difference to the model of the loop",
