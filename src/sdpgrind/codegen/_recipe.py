@@ -78,6 +78,8 @@ class Recipe:
         `Exported.controller`; it comes from the library and decides nothing.
     reports : mapping of str to str
         Name of each report to its unit.
+    notes : mapping
+        Further entries of the manifest, as JSON has them.
     job, description : mapping
         As the thing's own, for `Exported.controller`.
 
@@ -124,6 +126,7 @@ class Recipe:
     commands: Mapping[str, str] | None = None
     report: Callable[[int, dict[str, float], dict[str, float]], dict[str, float]] | None = None
     reports: Mapping[str, str] = field(default_factory=dict)
+    notes: Mapping[str, Any] = field(default_factory=dict)
     job: Mapping[str, object] = field(default_factory=dict)
     description: Mapping[str, float | str] = field(default_factory=dict)
 
