@@ -42,7 +42,7 @@ def export(
     Parameters
     ----------
     thing : plan, controller or Recipe
-        What has ``__export__``: `weldbead.SequencePolicy`, `locus.LocusTable` (``locus.table()``),
+        What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.LocusTable` (``locus.table()``),
         `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
         `weldbead.force.ForceController` (its law, to which force and position of the plan are handed over);
         or a `Recipe` of a kernel of one's own.
@@ -123,7 +123,7 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     told = getattr(type(thing), "__export__", None)
     if told is None:
         raise TypeError(
-            "thing must be a SequencePolicy, a LocusTable, a CycleController, a StagedController, a"
+            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a CycleController, a StagedController, a"
             f" TorqueController, a ForceController or a Recipe; got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)

@@ -23,7 +23,7 @@ BOUND = 1e9  # chosen: in mm, N, W, s, rad: beyond what any machine measures; it
 class Recipe:
     """Step of a controller, or a look-up, as a kernel with all that it needs.
 
-    ``step(state, *law, *inputs, out)`` updates `state` (an array), fills `out` (one entry an output) and
+    ``step(state, *law, *inputs, *after, out)`` updates `state` (an array), fills `out` (one entry an output) and
     returns a whole number: the place in `status`, or < 0: an input is out of range. It is decorated by
     `compiled(error_model="numpy")`, as all kernels that it calls. Whether the state may be changed by a step
     that returns < 0 does not matter: it is put back.
@@ -38,6 +38,8 @@ class Recipe:
         Name to unit, in the order of the arguments and of `out`.
     law : tuple
         Constants: numbers, arrays, NamedTuples of these.
+    after : tuple
+        Constants that stand behind the inputs.
     state : array
         State after a reset; without one an unused entry.
     start : Kernel, optional
@@ -108,6 +110,7 @@ class Recipe:
     inputs: Mapping[str, str]
     outputs: Mapping[str, str]
     law: tuple[Any, ...] = ()
+    after: tuple[Any, ...] = ()
     state: Any = _STATE
     start: Kernel | None = None
     missing: Sequence[str] = ()
@@ -148,7 +151,8 @@ class Recipe:
         if state.ndim != 1 or not state.size:
             raise checks.refuse("state", "a row of numbers", state.shape)
         object.__setattr__(self, "state", state)
-        object.__setattr__(self, "law", tuple(_plain(one) for one in self.law))
+        for name in ("law", "after"):
+            object.__setattr__(self, name, tuple(_plain(one) for one in getattr(self, name)))
 
     def _check_names(self) -> None:
         named = {
@@ -185,7 +189,7 @@ class Recipe:
         """Digest of constants, state and interface, 16 hexadecimal digits; mm and s count as text."""
         face = (self.kind, dict(self.inputs), dict(self.outputs), self.finite, self.limits, self.period)
         total = hashlib.sha256(repr(face).encode())
-        for one in leaves((*self.law, self.state)):
+        for one in leaves((*self.law, *self.after, self.state)):
             array = np.asarray(one)
             total.update(repr((array.dtype.str, array.shape)).encode() + array.tobytes())
         return total.hexdigest()[:_FINGERPRINT]

@@ -97,11 +97,11 @@ def source_of(recipe: Recipe, name: str, version: str) -> CSource:
 
 
 def constants_of(recipe: Recipe, program: CProgram) -> list[Value]:
-    """Return the constants of a recipe, under the names of the parameters of its step."""
+    """Return the constants of a recipe before the inputs, under the names of the parameters of its step."""
     names = list(inspect.signature(recipe.step.py_func).parameters)
-    wanted = 2 + len(recipe.law) + len(recipe.inputs)
+    wanted = 2 + len(recipe.law) + len(recipe.inputs) + len(recipe.after)
     if len(names) != wanted:
-        told = "step(state, *law, *inputs, out)"
+        told = "step(state, *law, *inputs, *after, out)"
         raise checks.refuse("step", f"{told}, of {wanted} parameters", f"{len(names)} of them")
     program.comments = dict(recipe.tables)
     pairs = zip(recipe.law, names[1:], strict=False)
@@ -123,7 +123,8 @@ def _call(program: CProgram, kernel: Any, values: list[Value]) -> tuple[Function
 
 def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) -> tuple[Function, str]:
     inputs = [Value(f"in->{one}", FLOAT64) for one in recipe.inputs]
-    values = [_row("s", recipe.state.size), *constants, *inputs, _row("o", len(recipe.outputs))]
+    after = [program.constant(one, "") for one in recipe.after]
+    values = [_row("s", recipe.state.size), *constants, *inputs, *after, _row("o", len(recipe.outputs))]
     function, call = _call(program, recipe.step, values)
     if not isinstance(function.result, Scalar) or function.result.c == "double":
         raise checks.refuse("step", "a kernel that returns a whole number, the status", function.result)

@@ -51,7 +51,7 @@ class LibrarySteps:
                 self.state[:] = self.fresh
             if good:
                 work[:] = self.state
-                codes[k] = step(work, *law, *row, outputs[k])
+                codes[k] = step(work, *law, *row, *recipe.after, outputs[k])
                 if codes[k] >= 0:
                     self.state[:] = work
                 else:

@@ -131,33 +131,38 @@ def small_of(solution: Solution, precision: str, told: tuple[str, ...] = ()) -> 
     own = coding[np.maximum(code, 0)]
     control = rounding.stored(np.where(code < 0, own[..., 0], t.control), own)
     lines = _Lines(rounding, codes, kinks, line_code, coding)
+    codes_of = narrowed(1, code, codes.move, line_code)
+    first, cells, start, place = narrowed(2, *_sorted(kinks), lines.place)
+    line_control, cost, wide = lines.arrays
     table = SmallTable(
-        frame_of(solution), solution.shape, narrow(code), control, coding, narrow(codes.move),
-        *_sorted(kinks), *lines.arrays,
+        frame_of(solution), solution.shape, codes_of[0], control, coding, codes_of[1], first, cells, start,
+        codes_of[2], line_control, place, cost, wide, lines.coding,
     )  # fmt: skip
     read = np.where(code < 0, np.nan, decoded(control, own))
     return Small(precision, table, _told(solution, rounding, told), read)
 
 
-def narrow(numbers: Any) -> Any:
-    """Return whole numbers in as few bytes as hold them all; one number where there is none."""
-    array = np.asarray(numbers)
-    array = array if array.size else np.zeros((1, *array.shape[1:]), np.int64)
-    for kind in (np.int8, np.int16, np.int32):
-        if np.iinfo(kind).min <= array.min() and array.max() <= np.iinfo(kind).max:
-            return np.ascontiguousarray(array, dtype=kind)
-    return np.ascontiguousarray(array, dtype=np.int64)
+def narrowed(least: int, *arrays: Any) -> list[Any]:
+    """Return whole numbers in the fewest bytes, `least` or more, that hold those of all the arrays.
+
+    One type for several arrays, and one number for an array without any: each tuple of types is compiled.
+    """
+    filled = [a if a.size else np.zeros((1, *a.shape[1:]), np.int64) for a in map(np.asarray, arrays)]
+    low, high = min(int(a.min()) for a in filled), max(int(a.max()) for a in filled)
+    kinds = [k for k in (np.int8, np.int16, np.int32, np.int64) if np.dtype(k).itemsize >= least]
+    kind = next(k for k in kinds if np.iinfo(k).min <= low and high <= np.iinfo(k).max)
+    return [np.ascontiguousarray(a, dtype=kind) for a in filled]
 
 
-def _sorted(kinks: Kinks) -> tuple[Any, Any, Any]:
-    """First cell of each group (row, mode), the cells, and the first line of each."""
+def _sorted(kinks: Kinks) -> tuple[Any, ...]:
+    """Return the first cell of each group (row, mode), the cells, and the first line of each."""
     rows, modes, cells = kinks.at.shape
     flat = kinks.at.reshape(rows * modes, cells)
     group, cell = np.nonzero(flat >= 0)
     first = np.searchsorted(group, np.arange(flat.shape[0] + 1))
     number = flat[group, cell]
     assert np.array_equal(number, np.arange(number.size))  # `sorted_kinks` numbers them in this order
-    return narrow(first), narrow(cell), narrow(kinks.start)
+    return first, cell, kinks.start
 
 
 class _Lines:
@@ -184,13 +189,10 @@ class _Lines:
         return out
 
     @property
-    def arrays(self) -> tuple[Any, ...]:
-        """The last fields of `SmallTable`; a line that is never read where there is none."""
-        control, cost, wide = (
-            array if len(array) else np.zeros((1, 2), array.dtype)
-            for array in (self.control, self.cost, self.wide)
-        )
-        return narrow(self.code), control, narrow(self.place), cost, wide, self.coding
+    def arrays(self) -> list[Any]:
+        """Controls and costs; a line that is never read where there is none."""
+        each = (self.control, self.cost, self.wide)
+        return [array if len(array) else np.zeros((1, 2), array.dtype) for array in each]
 
 
 def _order(cost: Floats) -> Any:
