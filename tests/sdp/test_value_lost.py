@@ -1,5 +1,7 @@
 """Value lost by rounded actions: against sweeps of the test's own, with interpolation and expectation of its own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sdp_inside import value_lost
@@ -87,3 +89,58 @@ def test_rounded_actions(chain, step, wanted):
     assert found.first_stage == pytest.approx(np.max(cost[-1] - plan[-1]), abs=1e-12)
     assert found.bound == pytest.approx(np.sum(np.max(once - plan, axis=1)), abs=1e-12)
     assert found.bound >= found.all_stages >= found.first_stage > 0.0
+
+
+def late(charge, window=None):
+    """A chain with two modes, charged when late; after a hit one may polish, which costs more without a stop."""
+    hit = sdp.Shift("x", lambda s, c: sdp.Normal(c.a, 0.1 + 0.2 * c.a))
+    moves = [
+        sdp.Move("hit", {"a": sdp.Levels(0.0, 1.0, 41)}, hit, charge=0.01, into="hit"),
+        sdp.Move("polish", {"a": [0.05, 0.1]}, hit, duration=2, into="polished"),
+    ]
+    extra = {"extra": lambda s: np.where(s.mode == 2, 0.0, 0.05)}
+    stop = sdp.Stop("end", sdp.Charge(under=sdp.Linear(3.0), over=sdp.Quadratic(5.0)), **extra)
+    stages = sdp.Stages(5, 1.0, "left", "", late=charge, late_window=window)
+    axis = sdp.Axis("x", 0.0, 1.0, 31, below="stop", above="hold")
+    return sdp.plan(sdp.Problem([axis], moves, [stop], stages, modes=("new", "hit", "polished")))
+
+
+@pytest.mark.parametrize(("charge", "window"), [(sdp.Linear(0.02), None), (sdp.Quadratic(0.01), 6.0)])
+def test_late_and_in_modes(charge, window):
+    """The forward recursion from a state, adjoint to the sweep, has its cost as mean; late without an end, too."""
+    plan = late(charge, window)
+    rounded = 0.25 * np.rint(plan.table.control / 0.25)
+    found = value_lost(plan, rounded)
+    other = sdp.Policy(plan.problem, plan.layout, replace(plan.table, control=rounded), None)
+    assert (plan.table.best[0] >= 0).any() == (window is None)
+    for left, x, mode in ((5, 0.9, 0), (3, 0.5, 1), (1, 0.7, 2), (-4, 0.8, 0)):
+        row, node = int(plan.countdown.row(left)), round(30 * x)
+        cost = found.cost[row, mode, node] + (
+            plan.countdown.late(left) if plan.countdown.in_base(row) else 0.0
+        )
+        assert cost == pytest.approx(other.distribution(left=left, x=x, mode=mode).mean, abs=1e-10)
+    assert found.bound >= found.all_stages > 1e-3
+
+
+def test_without_a_deadline():
+    """A fixed point, against repeated sweeps of the test's own."""
+    cut = sdp.Move(
+        "cut",
+        {"a": sdp.Levels(0.0, 0.4, 41, search=False)},
+        sdp.Sampled(next_of, {"factor": sdp.Discrete(FACTOR, WEIGHT)}),
+        charge=lambda s, c: 2.0 * c.a**2 + 0.02,
+    )
+    axis = sdp.Axis("x", 0.0, 1.0, NODES, below="hold")
+    plan = sdp.plan(sdp.Problem([axis], [cut], [sdp.Stop("end", lambda s: 3.0 * s.x**2)], sdp.Forever()))
+    rounded = np.maximum(0.05, 0.05 * np.rint(plan.table.control / 0.05))
+    found, stop = value_lost(plan, rounded), plan.table.best[0, 0] < 0
+    x = np.linspace(0.0, 1.0, NODES)
+    cost = 3.0 * x**2
+    for _ in range(200):
+        cost = np.where(
+            stop, 3.0 * x**2, expected(cost, np.nan_to_num(rounded[0, 0])) + 0.02 * (rounded[0, 0] <= 0.0)
+        )
+    assert np.max(np.abs(found.cost[0, 0] - cost)) < 1e-12
+    assert found.all_stages == found.first_stage == found.bound > 1e-4
+    endless = value_lost(plan, np.zeros_like(rounded))
+    assert endless.all_stages == np.inf

@@ -42,18 +42,19 @@ def small_tables(
         lost = value_lost(policy, small.control)
         least = min(least, lost.all_stages)
         if np.isfinite(lost.all_stages) and (lost_max is None or lost.all_stages <= lost_max):
-            return small, {"precision": form, "lost": _noted(lost, policy.error)}
+            return small, {"precision": form, "lost": _noted(lost, policy)}
     if lost_max is None:
         raise checks.refuse("precision", "one with which the actions end", precision)
     best = f">= {least:.3g}, what the best of the forms {', '.join(forms)} loses"
     raise checks.refuse("lost_max", best, lost_max, "$")
 
 
-def _noted(lost: ValueLost, error: float | None) -> dict[str, Any]:
+def _noted(lost: ValueLost, policy: Policy) -> dict[str, Any]:
     return {
         "all_stages": lost.all_stages,
         "first_stage": lost.first_stage,
         "bound": lost.bound,
-        "error": error,
+        "error": policy.error,
+        "search_error": policy.search_error,
         "unit": "$",
     }
