@@ -7,3 +7,4 @@ from sdpgrind.codegen._fmi.base_units import base_unit as base_unit
 from sdpgrind.codegen._fmi.description import model_description as model_description
 from sdpgrind.codegen._proof import compilers as compilers
 from sdpgrind.locus._trace.table import LocusTable as LocusTable
+from sdpgrind.sdp._policy.small_tables import small_of as small_of

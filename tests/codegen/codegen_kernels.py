@@ -227,13 +227,15 @@ def _looked_up(table, index):
 
 
 @compiled(error_model="numpy")
-def constants(state, table, pairs, flags, x, y, out):
-    """Constants of the law: arrays and numbers in NamedTuples, small integers."""
+def constants(state, table, pairs, flags, halves, x, y, out):
+    """Constants of the law: arrays and numbers in NamedTuples, small integers, four-byte floats."""
     k = int(abs(x)) % 3
     out[0] = _looked_up(table, k)
     out[1] = pairs.first - pairs.second * y
     out[2] = flags[k]
     out[3] = flags[k] * 3 + k
+    out[4] = y * halves[k] + x
+    out[5] = np.float64(halves[k])
     return 0
 
 

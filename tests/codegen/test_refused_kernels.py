@@ -86,6 +86,15 @@ def member(state, x, out):
     return 0
 
 
+HALVES = np.array([0.5, 0.25], dtype=np.float32)
+
+
+@compiled(error_model="numpy")
+def four_bytes(state, x, out):
+    out[0] = x + HALVES[0] * HALVES[1]
+    return 0
+
+
 CASES = {
     divides: "a division under the default error model is not translated; decorate divides with error_model='numpy'",
     raises: "raise is not translated; return a status",
@@ -98,6 +107,7 @@ CASES = {
     computed_power: "a whole power that is computed, or negative, is not translated; divide by the power",
     fast: "fastmath is not translated; leave it out",
     sorted_: "the function median is not translated; use one of: sqrt",
+    four_bytes: "arithmetic of four-byte floats is not translated; write np.float64(...)",
     member: "in is not translated; use comparisons",
 }
 

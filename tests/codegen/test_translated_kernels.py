@@ -48,6 +48,7 @@ def test_constants_of_a_law(tmp_path):
         kernels.Table(np.array([0.5, np.nan, -2.25]), 1.5),
         kernels.Pair(3.0, 0.125),
         np.array([1, -7, 30000], dtype=np.int16),
+        np.array([0.1, np.nan, -np.inf], dtype=np.float32),
     )
     made = sdpgrind.export(recipe(kernels.constants, law=law), tmp_path / "thing")
     found = made.check(3000, ["gcc"], levels=["-O2"], targets=())

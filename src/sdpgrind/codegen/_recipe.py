@@ -23,8 +23,8 @@ BOUND = 1e9  # chosen: in mm, N, W, s, rad: beyond what any machine measures; it
 class Recipe:
     """Step of a controller, or a look-up, as a kernel with all that it needs.
 
-    ``step(state, *law, *inputs, out)`` updates `state` (an array), fills `out` (one entry an output) and
-    returns a whole number: the place in `status`, or < 0: an input is out of range. It is decorated by
+    ``step(state, *law, *inputs, *after, out)`` updates `state` (an array), fills `out` (one entry an output)
+    and returns a whole number: the place in `status`, or < 0: an input is out of range. It is decorated by
     `compiled(error_model="numpy")`, as all kernels that it calls. Whether the state may be changed by a step
     that returns < 0 does not matter: it is put back.
 
@@ -38,6 +38,8 @@ class Recipe:
         Name to unit, in the order of the arguments and of `out`.
     law : tuple
         Constants: numbers, arrays, NamedTuples of these.
+    after : tuple
+        Constants that stand behind the inputs.
     state : array
         State after a reset; without one an unused entry.
     settings : sequence of int
@@ -82,6 +84,8 @@ class Recipe:
         Name of each report to its unit.
     stands_for, tier : str
         Class of the controller that steps so, and its tier, for the log. Default: `kind`, "controller".
+    notes : mapping
+        Further entries of the manifest, as JSON has them.
     job, description : mapping
         As the thing's own, for `Exported.controller`.
 
@@ -110,6 +114,7 @@ class Recipe:
     inputs: Mapping[str, str]
     outputs: Mapping[str, str]
     law: tuple[Any, ...] = ()
+    after: tuple[Any, ...] = ()
     state: Any = _STATE
     settings: Sequence[int] = ()
     start: Kernel | None = None
@@ -131,6 +136,7 @@ class Recipe:
     reports: Mapping[str, str] = field(default_factory=dict)
     stands_for: str = ""
     tier: str = "controller"
+    notes: Mapping[str, Any] = field(default_factory=dict)
     job: Mapping[str, object] = field(default_factory=dict)
     description: Mapping[str, float | str] = field(default_factory=dict)
 
@@ -154,7 +160,8 @@ class Recipe:
         if self.start is not None and self.settings:
             raise checks.refuse("settings", "left out where a kernel starts the state", list(self.settings))
         object.__setattr__(self, "state", state)
-        object.__setattr__(self, "law", tuple(_plain(one) for one in self.law))
+        for name in ("law", "after"):
+            object.__setattr__(self, name, tuple(_plain(one) for one in getattr(self, name)))
 
     def _check_names(self) -> None:
         named = {
@@ -191,7 +198,7 @@ class Recipe:
         """Digest of constants, state and interface, 16 hexadecimal digits; mm and s count as text."""
         face = (self.kind, dict(self.inputs), dict(self.outputs), self.finite, self.limits, self.period)
         total = hashlib.sha256(repr(face).encode())
-        for one in leaves((*self.law, self.state)):
+        for one in leaves((*self.law, *self.after, self.state)):
             array = np.asarray(one)
             total.update(repr((array.dtype.str, array.shape)).encode() + array.tobytes())
         return total.hexdigest()[:_FINGERPRINT]

@@ -61,6 +61,7 @@ def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: 
         "sizes": {"tables": program.table_bytes, "functions": len(functions)},
         "stack": source.step.stack + 8 * (recipe.state.size + len(recipe.outputs)) + _OWN,
         "selftest": {"vectors": len(vectors.rows), "blocks": BLOCKS, "steps": STEPS},
+        **recipe.notes,
     }
 
 

@@ -97,11 +97,11 @@ def source_of(recipe: Recipe, name: str, version: str) -> CSource:
 
 
 def constants_of(recipe: Recipe, program: CProgram) -> list[Value]:
-    """Return the constants of a recipe, under the names of the parameters of its step."""
+    """Return the constants of a recipe before the inputs, under the names of the parameters of its step."""
     names = list(inspect.signature(recipe.step.py_func).parameters)
-    wanted = 2 + len(recipe.law) + len(recipe.inputs)
+    wanted = 2 + len(recipe.law) + len(recipe.inputs) + len(recipe.after)
     if len(names) != wanted:
-        told = "step(state, *law, *inputs, out)"
+        told = "step(state, *law, *inputs, *after, out)"
         raise checks.refuse("step", f"{told}, of {wanted} parameters", f"{len(names)} of them")
     program.comments = dict(recipe.tables)
     pairs = zip(recipe.law, names[1:], strict=False)
@@ -125,7 +125,8 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
     inputs = [Value(f"in->{one}", FLOAT64) for one in recipe.inputs]
     fixed = tuple((int(k), float(recipe.state[k])) for k in recipe.settings)
     state = Value("s", Array(FLOAT64, (recipe.state.size,), (1,), fixed=fixed), root="s")
-    values = [state, *constants, *inputs, _row("o", len(recipe.outputs))]
+    after = [program.constant(one, "") for one in recipe.after]
+    values = [state, *constants, *inputs, *after, _row("o", len(recipe.outputs))]
     function, call = _call(program, recipe.step, values)
     if not isinstance(function.result, Scalar) or function.result.c == "double":
         raise checks.refuse("step", "a kernel that returns a whole number, the status", function.result)

@@ -51,7 +51,7 @@ class LibrarySteps:
                 self.state[:] = self.fresh
             if good:
                 work[:] = self.state
-                codes[k] = step(work, *law, *row, outputs[k])
+                codes[k] = step(work, *law, *row, *recipe.after, outputs[k])
                 if codes[k] >= 0:
                     self.state[:] = work
                 else:
@@ -104,7 +104,7 @@ def bounds_of(recipe: Recipe, chain: Floats) -> Floats:
     Rows of the chain stand between: a state that a row outside had changed would show there.
     """
     usual = chain[: max(len(chain) // 2, 1)]
-    rows = []
+    rows: list[Floats] = []
     for j, (low, high) in enumerate(recipe.limits):
         ends = (low, high, np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
         for value in (*ends, -np.inf, np.inf, *_GREATEST, np.nan):

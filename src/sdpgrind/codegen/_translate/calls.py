@@ -26,7 +26,7 @@ from sdpgrind.codegen._translate.types import (
     dense,
     unified,
 )
-from sdpgrind.codegen._translate.values import LOWEST, Value, literal
+from sdpgrind.codegen._translate.values import LOWEST, Value, literal, widened
 from sdpgrind.codegen._translate.views import SizeUnknownError, Views
 
 EXACT = "sqrt floor ceil fabs trunc copysign rint"
@@ -129,7 +129,8 @@ class Calls(Views):
         if thing in _INTEGERS:
             return self._integer(node, values[0])
         if thing in (float, np.float64):
-            return self.converted(node, values[0], FLOAT64)
+            wide = widened(values[0]) if thing is np.float64 else values[0]
+            return self.converted(node, wide, FLOAT64)
         if thing in (bool, np.bool_):
             return self.as_truth(node, values[0])
         if not any(thing is getattr(home, name, None) for home in (math, np)) and thing is not abs:

@@ -9,7 +9,7 @@ from typing import Any
 from sdpgrind.codegen._translate.calls import Calls
 from sdpgrind.codegen._translate.refusals import check_division
 from sdpgrind.codegen._translate.types import BOOL, FLOAT64, INT64, Scalar, Tuple, unified
-from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, PRODUCT, SUM, Value, literal, within
+from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, PRODUCT, SUM, Value, literal, widened, within
 
 _SIGNS: dict[type, str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.LShift: "<<", ast.RShift: ">>",
@@ -96,6 +96,8 @@ class Expressions(Calls):
             return self._divided(node, sign, left, right)
         if type(sign) not in _SIGNS:
             raise self.source.unknown(sign)
+        if FLOAT64 in (left.type, right.type):
+            left, right = widened(left), widened(right)
         kind = FLOAT64 if FLOAT64 in (left.type, right.type) or isinstance(sign, ast.Div) else INT64
         if isinstance(sign, ast.Div):
             check_division(self.source, self.kernel, node)

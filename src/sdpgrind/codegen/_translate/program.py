@@ -15,6 +15,7 @@ from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.types import (
     BOOL,
     ELEMENTS,
+    FLOAT32,
     FLOAT64,
     INT64,
     Array,
@@ -142,7 +143,7 @@ class CProgram:
         if key not in self._arrays:
             element = ELEMENTS[array.dtype]
             place = self._free(name, self.tables)
-            cells = [_cell(one) for one in array.ravel().tolist()] or ["0"]
+            cells = [_cell(one, element) for one in array.ravel().tolist()] or ["0"]
             rows = [", ".join(cells[k : k + 8]) for k in range(0, len(cells), 8)]
             body = ",\n    ".join(rows)
             declared = f"static const {element.c} {place}[{len(cells)}]"
@@ -169,7 +170,8 @@ class CProgram:
         for key in ((kernel, kinds, ()), (kernel, kinds, known)):
             if key in self.functions:
                 return self.functions[key]
-        counts, useful = (), any(one is not None for one in known)
+        counts: tuple[int | None, ...] = ()
+        useful = any(one is not None for one in known)
         try:
             found = self._translated(kernel, kinds, (), at)
         except SizeUnknownError:
@@ -258,8 +260,10 @@ def shown(line: CLine) -> str:
     return "    " * line.depth + line.text
 
 
-def _cell(number: Any) -> str:
+def _cell(number: Any, element: Scalar) -> str:
     """Return an entry of a table: what is no whole number in hexadecimal."""
+    if element == FLOAT32 and not np.isfinite(number):
+        return "NAN" if number != number else "INFINITY" if number > 0.0 else "-INFINITY"
     if isinstance(number, bool | int) or not np.isfinite(number):
         return literal(number).code
     return repr(number) if float(number).is_integer() and abs(number) < 1e15 else float(number).hex()

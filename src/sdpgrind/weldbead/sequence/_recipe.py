@@ -1,6 +1,7 @@
 """What is exported of a planned sequence: its look-up, the table, states that reach every cell."""
 
 from functools import partial
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -85,10 +86,10 @@ def _command(status: int, found: dict[str, float]) -> dict[str, Any]:
 
 def _expected(policy: Any, status: int, state: dict[str, float], found: dict[str, float]) -> dict[str, float]:
     """Return what a `SequenceController` reports: the plan's expectation ($, mm) of the action of the C."""
-    numbers = (found[name] for name in ("duration", "feed_rate", "normal_force", "gap"))
+    numbers = (found.get(name, nan) for name in ("duration", "feed_rate", "normal_force", "gap"))
     action = SequenceAction(status == 1, *numbers, policy.problem)
     cut = 0.0 if action.stop else float(action.mean_cut)
-    return {"penalty": float(policy.value(**state)), "mean_cut": cut, "gap": found["gap"]}
+    return {"penalty": float(policy.value(**state)), "mean_cut": cut, "gap": found.get("gap", nan)}
 
 
 class _States:
