@@ -12,6 +12,8 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._choice import RobotChoice, choose
 from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
 from sdpgrind.finishing.arm._robot import Robot
+from sdpgrind.finishing.arm._spin_choice import choose_spun
+from sdpgrind.finishing.arm._spin_states import spins_of
 from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
@@ -66,7 +68,17 @@ def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[RobotCh
     if problem.heading == "feed_aligned":
         _refuse_corners(problem, np.split(poses, _turns(samples, poses)))
     place = problem.placement if problem.placement is not None else _centred(problem, poses)
+    if problem.spin != ():
+        return _spun(problem, placed(poses, place), samples.length), place
     return _chosen(problem, problem.robot, placed(poses, place)), place
+
+
+def _spun(problem: FinishingProblem, poses: Floats, length: Floats) -> RobotChoice:
+    """Branch, turn of the tool and redundant freedoms along the path."""
+    try:
+        return choose_spun(problem.robot, poses, length, spins_of(problem.spin))
+    except ValueError as error:
+        raise ValueError(f"spin must leave the robot a way: try another placement ({error})") from None
 
 
 def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoice:
