@@ -1,14 +1,19 @@
 """Choice of branch, turn of the tool and wrist radius along a path."""
 
+from typing import Any
+
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.arm._branches import travel_of
 from sdpgrind.finishing.arm._choice import RobotChoice
 from sdpgrind.finishing.arm._inverse import checked_poses
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._spin_course import CourseTask, SmoothCourse
 from sdpgrind.finishing.arm._spin_states import Spins, SpinStates, states_of
 from sdpgrind.finishing.arm._spin_sweep import swept
+
+APART, TURNED = 1.0, 0.1  # mm, rad, chosen: a step of the turn of 15 deg leaves the joints 5 deg for the path
 
 
 def choose_spun(robot: Robot, poses: Floats, length: Floats, spins: Spins) -> RobotChoice:
@@ -18,12 +23,27 @@ def choose_spun(robot: Robot, poses: Floats, length: Floats, spins: Spins) -> Ro
     where there is none.
     """
     states, given = states_of(robot, spins), checked_poses(poses)
+    chosen = stations(given, length)
     for held in (False, True):
-        found = swept(states, given, held=held)
-        course = CourseTask(states, given, length, found.group).smoothed(unwound(states, found.picks))
-        if course is not None:
+        found = swept(states, given[chosen], held=held)
+        values = unwound(states, found.picks)
+        between = np.stack([np.interp(length, length[chosen], column) for column in values.T], axis=1)
+        course = CourseTask(states, given, length, found.group).smoothed(between)
+        if course is not None and travel_of(robot, course.joints)[1] < 0:
             return _chosen(states, found.group, course)
     raise ValueError("no smooth turn of the tool stays within limits along the path")
+
+
+def stations(poses: Floats, length: Floats) -> Any:
+    """Indices of poses for the sweep: every `APART` mm or `TURNED` rad, the first and the last.
+
+    Near poses leave a joint no time to hide a step of the turn behind the motion of the others.
+    """
+    dots = np.einsum("mij,mij->m", poses[1:, :3, :3], poses[:-1, :3, :3])
+    turns = np.arccos(np.clip(0.5 * (dots - 1.0), -1.0, 1.0))
+    way = (length - length[0]) / APART + np.append(0.0, np.cumsum(turns)) / TURNED
+    kept = np.unique(np.floor(way), return_index=True)[1]
+    return np.union1d(kept, [0, len(poses) - 1])
 
 
 def unwound(states: SpinStates, picks: Floats) -> Floats:
