@@ -25,6 +25,7 @@ from sdpgrind.finishing.arm._spin_sweep import SINGULAR, distance_of
 SPACING = 0.5  # mm, measured: see above; two samples of a path or more
 KINK = 1.0  # mm, chosen: least distance of corners of the turn, so that pieces have more samples than knots
 STEPS = 12  # chosen: limit of the iteration; three to six are taken
+_ROUNDS = 6  # chosen: of coefficients left out at the ends of their range; two or three are taken
 _DONE = 1e-5  # chosen: relative gain of a step that is none
 _TINY = 1e-4  # chosen: share of a freedom's range (of a turn) for differences; their error is some 1e-8
 _INSIDE = 2e-4  # chosen: share of a range by which limits are approached from inside
@@ -112,14 +113,15 @@ class CourseTask:
         return now
 
     def _tried(self, coefficients: Floats) -> _Tried:
-        """Joints and their motion with coefficients (p, f)."""
+        """Joints and their motion with coefficients (p, f), kept in their range: then values are, too."""
+        coefficients = np.clip(coefficients, self.least, self.most)
         values = self.basis @ coefficients
         joints = self._joints(values)
         if np.isnan(joints).any():
             return _Tried(coefficients, joints, values, np.inf, np.inf)
         kernels.follow(joints, self.turns, self.middle)
         motion = float((self._rates(joints) ** 2).sum())
-        excess = sum(float((each**2).sum()) for each in self._excesses(joints, values))
+        excess = sum(float((each**2).sum()) for each in self._excesses(joints))
         return _Tried(coefficients, joints, values, motion, excess)
 
     def _joints(self, values: Floats) -> Floats:
@@ -130,13 +132,12 @@ class CourseTask:
         out: Floats = np.diff(joints, axis=0)[self.moved] * self.weight[:, None] / self.speed
         return out
 
-    def _excesses(self, joints: Floats, values: Floats, inside: float = 0.0) -> tuple[Floats, Floats, Floats]:
-        """Shares by which joints (m, n), singular distance (m, 1) and values (m, f) leave their ranges."""
+    def _excesses(self, joints: Floats, inside: float = 0.0) -> tuple[Floats, Floats]:
+        """Shares by which joints (m, n) and the singular distance (m, 1) leave their ranges."""
         span, slack = self.high - self.low, SLACK / (self.high - self.low)
         of_joints = _beyond((joints - self.low) / span, -slack, 1.0 + slack, inside)
         of_pose = _beyond(distance_of(self.states.robot, joints)[:, None], SINGULAR, np.inf, inside)
-        of_values = _beyond(values / self.range, self.least / self.range, self.most / self.range, inside)
-        return of_joints, of_pose, of_values
+        return of_joints, of_pose
 
     def _slopes(self, tried: _Tried) -> tuple[Floats, Floats]:
         """Derivatives of joints (m, n, f) and of the singular distance (m, f) over the free values."""
@@ -170,24 +171,33 @@ class CourseTask:
                 rows.append(root * self._spread(slopes)[on])
                 left.append(root * excess[on])
         matrix, right = vstack(rows).tocsr(), np.concatenate(left)
-        normal = matrix.T @ matrix
+        return self._solved(now, matrix.T @ matrix, -(matrix.T @ right))
+
+    def _solved(self, now: _Tried, normal: csr_array, right: Floats) -> Floats:
+        """Step (p, f) of the normal equations, without coefficients that it would push out of their range."""
+        given = now.coefficients[:, self.free]
+        low, high = given <= self.least[self.free], given >= self.most[self.free]
         ridge = _RIDGE * max(float(normal.diagonal().max()), 1e-300)
-        move = spsolve((normal + ridge * eye_array(normal.shape[0])).tocsc(), -(matrix.T @ right))
-        out = np.zeros_like(now.coefficients)
-        out[:, self.free] = move.reshape(len(self.free), -1).T
-        return out
+        system = (normal + ridge * eye_array(normal.shape[0])).tocsr()
+        open_, step = np.ones(right.size, dtype=bool), np.zeros(right.size)
+        for _ in range(_ROUNDS):
+            step[:] = 0.0
+            step[open_] = spsolve(system[open_][:, open_].tocsc(), right[open_])
+            out = step.reshape(len(self.free), -1).T
+            pushed = ((low & (out < 0.0)) | (high & (out > 0.0))).T.ravel() & open_
+            if not pushed.any():
+                break
+            open_ &= ~pushed
+        whole = np.zeros_like(now.coefficients)
+        whole[:, self.free] = step.reshape(len(self.free), -1).T
+        return whole
 
     def _pushed(self, now: _Tried, joints: Floats, pose: Floats) -> list[tuple[Floats, Floats]]:
-        """Slopes (m, f) and signed excess (m,) of each quantity that has a range, approached from inside."""
-        of_joints, of_pose, of_values = self._excesses(now.joints, now.values, _INSIDE)
+        """Slopes (m, f) and signed excess (m,) of joints and singular distance, approached from inside."""
+        of_joints, of_pose = self._excesses(now.joints, _INSIDE)
         span = self.high - self.low
         found = [(joints[:, j] / span[j], of_joints[:, j]) for j in range(joints.shape[1])]
-        found.append((pose, of_pose[:, 0]))
-        for k, which in enumerate(self.free):
-            one = np.zeros((len(joints), len(self.free)))
-            one[:, k] = 1.0 / self.range[which]
-            found.append((one, of_values[:, which]))
-        return found
+        return [*found, (pose, of_pose[:, 0])]
 
     def _spread(self, slopes: Floats) -> csr_array:
         """Slopes (m, f) over values as rows over the coefficients of all free values."""
