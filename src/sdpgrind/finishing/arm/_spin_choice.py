@@ -16,22 +16,30 @@ from sdpgrind.finishing.arm._spin_sweep import swept
 APART, TURNED = 1.0, 0.1  # mm, rad, chosen: a step of the turn of 15 deg leaves the joints 5 deg for the path
 
 
-def choose_spun(robot: Robot, poses: Floats, length: Floats, spins: Spins) -> RobotChoice:
-    """Return the smooth course of a robot whose tool may turn, near that of least travel.
+def spun_choices(robot: Robot, poses: Floats, length: Floats, spins: Spins) -> list[RobotChoice]:
+    """Return two ways of a robot whose tool may turn along a path: held at the best turn, and turning.
 
-    Where no smooth one near it stays within the limits, near that of the best turn that is held. ValueError
-    where there is none.
+    Turning: the smooth course near that of least travel. One of both where the other leaves the limits;
+    ValueError where there is none.
     """
     states, given = states_of(robot, spins), checked_poses(poses)
-    chosen = stations(given, length)
-    for held in (False, True):
-        found = swept(states, given[chosen], held=held)
-        values = unwound(states, found.picks)
+    chosen, found = stations(given, length), []
+    for held in (True, False) if len(states.values) > 1 else (True,):
+        try:
+            sweep = swept(states, given[chosen], held=held)
+        except ValueError as error:
+            failed = error
+            continue
+        values = unwound(states, sweep.picks)
         between = np.stack([np.interp(length, length[chosen], column) for column in values.T], axis=1)
-        course = CourseTask(states, given, length, found.group).smoothed(between)
+        task = CourseTask(states, given, length, sweep.group)
+        course = task.held(between) if held else task.smoothed(between)
         if course is not None and travel_of(robot, course.joints)[1] < 0:
-            return _chosen(states, found.group, course)
-    raise ValueError("no smooth turn of the tool stays within limits along the path")
+            found.append(_chosen(states, sweep.group, course))
+        failed = ValueError("no smooth turn of the tool stays within limits along the path")
+    if not found:
+        raise failed
+    return found
 
 
 def stations(poses: Floats, length: Floats) -> Any:

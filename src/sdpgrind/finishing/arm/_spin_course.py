@@ -69,6 +69,11 @@ class CourseTask:
         self.moved = np.flatnonzero(step > 0)
         self.weight = 1.0 / np.sqrt(step[self.moved])
 
+    def held(self, values: Floats) -> SmoothCourse | None:
+        """Return the course at constant values (m, f); None: it leaves the limits between the stations."""
+        found = self._tried(_fitted(self.basis, values))
+        return self._course(found) if found.excess == 0.0 else None
+
     def smoothed(self, values: Floats) -> SmoothCourse | None:
         """Return the course near values (m, f), of little motion and within limits; None: there is none."""
         start = self._tried(_fitted(self.basis, values))
