@@ -60,7 +60,9 @@ def travels(tilt: float) -> None:
     free = travel(of)
     held = 1 - free / min(turns) >= LESS
     print(f"\n## Travel, tool tilted by {tilt:g} rad\n| way | s | under the best turn |\n|---|---|---|")
-    print(f"| best turn of {COUNT} | {min(turns):.4f} | |\n| best azimuth of {COUNT} | {min(azimuths):.4f} | |")
+    print(
+        f"| best turn of {COUNT} | {min(turns):.4f} | |\n| best azimuth of {COUNT} | {min(azimuths):.4f} | |"
+    )
     print(f"| turning | {free:.4f} | {100 * (1 - free / min(turns)):.1f} % >= 4: {'yes' if held else 'NO'} |")
 
 
@@ -71,7 +73,9 @@ def laws(tilt: float, feed: float) -> None:
     }
     held, few, many = found.values()
     kept = "yes" if few <= (1 + SLOWER) * many else "NO"
-    print(f"| {tilt:g} | {feed:g} | {held:.3f} | {few:.3f} | {many:.3f} | {100 * (few / many - 1):.2f} %: {kept} |")
+    print(
+        f"| {tilt:g} | {feed:g} | {held:.3f} | {few:.3f} | {many:.3f} | {100 * (few / many - 1):.2f} %: {kept} |"
+    )
 
 
 def times(count: int) -> None:
@@ -84,12 +88,17 @@ def times(count: int) -> None:
     print(f"\n## Times, {COUNT} x 8 candidates a pose\n| what | poses | s |\n|---|---|---|")
     inverse = median(lambda: states.joints(spread), count)
     both = median(lambda: swept(states, spread), count)
-    print(f"| inverse | {len(spread)} | {inverse:.3f} |\n| inverse, singular sets, sweep | {len(spread)} | {both:.3f} |")
-    checks = median(lambda j=states.joints(spread): kept_of(of.robot, j), count)
+    print(
+        f"| inverse | {len(spread)} | {inverse:.3f} |\n| inverse, singular sets, sweep | {len(spread)} | {both:.3f} |"
+    )
+    joints = states.joints(spread)
+    checks = median(lambda: kept_of(of.robot, joints), count)
     print(f"| sweep alone, by difference | {len(spread)} | {both - inverse - checks:.3f} |")
     print(f"| the same in numpy | {len(spread)} | {median(lambda: batched(states, spread), 1):.3f} |")
     print(f"| as planned | {len(chosen)} | {median(lambda: posture_of(of, samples), count):.3f} |")
-    print(f"\nLeast travel of both sweeps: {swept(states, spread).time:.6f} and {batched(states, spread):.6f} s.")
+    print(
+        f"\nLeast travel of both sweeps: {swept(states, spread).time:.6f} and {batched(states, spread):.6f} s."
+    )
 
 
 def main() -> None:
@@ -98,7 +107,9 @@ def main() -> None:
     given = parser.parse_args()
     for tilt in (0.0, 0.5):
         travels(tilt)
-    print(f"\n## Laws of limited jerk, s\n| tilt | feed | one turn | {COUNT} | {4 * COUNT} | slower |\n|---|---|---|---|---|---|")
+    print(
+        f"\n## Laws of limited jerk, s\n| tilt | feed | one turn | {COUNT} | {4 * COUNT} | slower |\n|---|---|---|---|---|---|"
+    )
     for tilt in (0.0, 0.5):
         for feed in (25.0, 200.0):
             laws(tilt, feed)

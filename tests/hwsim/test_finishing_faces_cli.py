@@ -68,7 +68,7 @@ def test_a_tool_that_is_face_on_finishes_nothing(capsys, tmp_path):
 def test_a_tool_that_turns_finishes_nothing(spin, kept, capsys, tmp_path):
     """Also one that leans; its motion is written as a program."""
     job = tmp_path / "job.toml"
-    text = FACE.format(file="part.step", face="", angle=60).replace("pitch = \"12", "pitch = \"24")
+    text = FACE.format(file="part.step", face="", angle=60).replace('pitch = "12', 'pitch = "24')
     surface = '[surface]\nshape = "nominal"'
     job.write_text(text.replace('[surface]\nfile = "part.step"', surface) + f"spin = {spin}\n")
     assert read(job).problem.spin == pytest.approx(kept)

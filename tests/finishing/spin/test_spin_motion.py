@@ -130,7 +130,9 @@ def test_a_tool_that_is_held_is_written_as_before():
 
 def test_picture_and_report(tmp_path, pyplot):
     spun, held = planned(), planned(spin=())
-    labels = {axis.get_ylabel() for axis in spun.plot().axes} - {axis.get_ylabel() for axis in held.plot().axes}
+    labels = {axis.get_ylabel() for axis in spun.plot().axes} - {
+        axis.get_ylabel() for axis in held.plot().axes
+    }
     assert labels == {"turn of tool [rad]"}
     spun.report(tmp_path / "spun.html")
     assert "turn of the tool" in (tmp_path / "spun.html").read_text()
@@ -159,6 +161,8 @@ def test_programs_start_above_the_work():
     motion = planned(contact_angle=units.deg(60))
     program = motion.program("urscript", timing=True)
     assert program.check().deviation < 0.02
-    tip = [TILTED.forward(q) @ [0, 0, motion.problem.lever_arm, 1] for q in (motion.joints[0], lifted(motion, 0))]
+    tip = [
+        TILTED.forward(q) @ [0, 0, motion.problem.lever_arm, 1] for q in (motion.joints[0], lifted(motion, 0))
+    ]
     normal = motion.problem.path.at([0.0]).normal[0]
     np.testing.assert_allclose(tip[1][:3] - tip[0][:3], 20.0 * normal, atol=1e-3)

@@ -26,7 +26,9 @@ def test_values(spin, said):
 
 @pytest.mark.parametrize("spin", [True, "24", 24.0])
 def test_types(spin):
-    with pytest.raises(TypeError, match="spin must be a number of values over a turn, such as 24, or a tuple"):
+    with pytest.raises(
+        TypeError, match="spin must be a number of values over a turn, such as 24, or a tuple"
+    ):
         problem(spin=spin)
 
 
@@ -53,5 +55,7 @@ def test_a_turn_that_jumps():
     spin[100:] += 0.5
     data["spin"] = ("row", spin, data["spin"].attrs)
     jumping = finishing.Motion.restored(data)
-    with pytest.raises(ValueError, match=r"spin of the motion must not jump \(rad\): from .* between rows 99"):
+    with pytest.raises(
+        ValueError, match=r"spin of the motion must not jump \(rad\): from .* between rows 99"
+    ):
         jumping.program("urscript")

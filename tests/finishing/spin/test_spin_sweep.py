@@ -133,5 +133,7 @@ def test_stations_are_near_and_far_enough():
 def test_nothing_leads_on():
     poses, length = path_of()
     poses[40:, :3, 3] += [0.0, 0.0, 900.0]
-    with pytest.raises(ValueError, match=r"no turn of the tool takes poses\[\d+\]: of 48 candidates \d+ reach"):
+    with pytest.raises(
+        ValueError, match=r"no turn of the tool takes poses\[\d+\]: of 48 candidates \d+ reach"
+    ):
         spin_choice.spun_choices(UR10, poses, length, spin_states.spins_of(6))

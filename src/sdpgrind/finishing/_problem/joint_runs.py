@@ -86,9 +86,7 @@ def _spun(problem: FinishingProblem, poses: Floats, samples: PathSamples) -> Rob
     if len(found) == 1:
         return found[0]
     limits, feeds = limits_of(problem, "min_time")[0], feeds_of(problem, samples)
-    return min(
-        found, key=lambda each: lower_bound(runs_of(samples, each.joints), limits, feed_rate=feeds)
-    )
+    return min(found, key=lambda each: lower_bound(runs_of(samples, each.joints), limits, feed_rate=feeds))
 
 
 def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoice:

@@ -24,8 +24,8 @@ SLIDING = ("black", "0.55", "0.35", "0.75")  # table: dark
 
 def plot(motion: "Motion") -> Any:
     """Draw a motion; return the figure."""
-    figure = pictures.figure(12, 5)
     drawn = [_draw_feed, _draw_close, *((_draw_spin,) if "spin" in motion.posture.free else ()), _draw_joints]
+    figure = pictures.figure(12, 5 * len(drawn) / 3)
     grid = figure.add_gridspec(len(drawn), 2, width_ratios=(1.2, 1))
     above = figure.add_subplot(grid[:, 0], projection="3d", computed_zorder=False)
     _draw_path(figure, above, motion)

@@ -6,7 +6,8 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 
-STEP = 0.03  # mm, chosen: places of a check, other than the writer's; a chord leaves an arc of 0.3 mm by 0.4 um
+# mm, chosen: places of a check, other than the writer's; a chord of it leaves an arc of 0.3 mm by 0.4 um
+STEP = 0.03
 _ROUNDING = 1e-3  # rad, chosen: a joint nearer to a quarter of a turn, or to 0, may count on either side
 
 

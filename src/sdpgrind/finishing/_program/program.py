@@ -284,7 +284,5 @@ def _stream(motion: PlannedMotion, head: list[str], name: str) -> str:
     """Joints every 8 ms, the last step shorter."""
     end = float(motion.time[-1])
     time = np.append(np.arange(0.0, end - 1e-6, urscript.PERIOD), end)
-    form = TextForm(
-        name, [*head, *urscript.head(True)], frames_of(motion), lifted(motion, 0), 0.0
-    )
+    form = TextForm(name, [*head, *urscript.head(True)], frames_of(motion), lifted(motion, 0), 0.0)
     return urscript.stream(time, motion.at(time).joints, form, lifted(motion, -1))

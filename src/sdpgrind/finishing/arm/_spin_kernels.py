@@ -44,7 +44,7 @@ def _passes(joints, course, low, high, turns, slack):
 
 @compiled
 def _time(joints, last, speed, turns, far, most):
-    """Time of the slowest joint, s; inf where an angle turns by more than `far` or it takes `most` or more."""
+    """Time of the slowest joint, s; inf where an angle turns by more than `far` or it is `most` or more."""
     longest = 0.0
     for j in range(joints.size):
         way = abs(_nearest(joints[j] - last[j], turns[j]))

@@ -87,6 +87,6 @@ def _refuse(at: int, joints: Floats, kept: Bools) -> None:
     there = int((~np.isnan(joints).any(axis=-1)).sum())
     way = "within limits" if at == 0 else f"within limits and {FAR:g} rad of one of the pose before"
     raise ValueError(
-        f"no turn of the tool takes poses[{at}]: of {kept.size} candidates {there} reach it, {int(kept.sum())}"
-        f" are {SINGULAR:g} away from singular poses, none is {way}"
+        f"no turn of the tool takes poses[{at}]: of {kept.size} candidates {there} reach it,"
+        f" {int(kept.sum())} are {SINGULAR:g} away from singular poses, none is {way}"
     )
