@@ -1,35 +1,19 @@
 """Motions of a tool that turns about its own axis: poses, travel, laws, files, programs, and the arm."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from finishing_inside import lifted, read_text
 from scipy.spatial.transform import Rotation
+from spin_motions import PLACE, STRAIGHT, TILTED, planned, problem
 
 import sdpgrind
 from sdpgrind import finishing, units
 from sdpgrind.base.stored import encode
 
-PLACE = (650.0, -25.0, 100.0)
-SPHERE = finishing.surface.sphere_surface(25.0)
-TILTED = finishing.robot("ur10").replace(tool=finishing.tool(length=150.0, tilt=0.5))
-STRAIGHT = finishing.robot("ur10").replace(tool=finishing.tool(length=150.0))
-
-
-def problem(robot=TILTED, pitch=24.0, **changes):
-    fields = {"contact_angle": np.pi / 2, "placement": PLACE, "spin": 24} | changes
-    return finishing.FinishingProblem(finishing.zigzag(SPHERE, pitch=pitch), robot=robot, **fields)
-
 
 def about_z(angle):
     """Rotations about z, rad."""
     return Rotation.from_rotvec(np.multiply.outer(angle, [0.0, 0.0, 1.0])).as_matrix()
-
-
-@cache
-def planned(**changes):
-    return finishing.plan(problem(**changes))
 
 
 def travel(joints, robot):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_spin_motion import planned, problem
+from spin_motions import planned, problem
 
 import hwsim
 from sdpgrind import finishing

@@ -40,7 +40,7 @@ class SmoothCourse(NamedTuple):
     joints: Floats
 
 
-class _Tried(NamedTuple):
+class _TriedCourse(NamedTuple):
     """Coefficients (p, f) of the free values, joints (m, n), values (m, f), motion, and excess."""
 
     coefficients: Floats
@@ -77,7 +77,7 @@ class CourseTask:
     def smoothed(self, values: Floats) -> SmoothCourse | None:
         """Return the course near values (m, f), of little motion and within limits; None: there is none."""
         start = self._tried(_fitted(self.basis, values))
-        best: _Tried | None = None
+        best: _TriedCourse | None = None
         for weight in _WEIGHTS:
             found = self._descended(start, weight)
             kept = [each for each in (start, found) if each.excess == 0.0 and np.isfinite(each.motion)]
@@ -86,11 +86,11 @@ class CourseTask:
                 break
         return None if best is None else self._course(best)
 
-    def _course(self, found: _Tried) -> SmoothCourse:
+    def _course(self, found: _TriedCourse) -> SmoothCourse:
         columns = found.coefficients.T
         return SmoothCourse(tuple(BSpline(self.knots, column, 3) for column in columns), found.joints)
 
-    def _descended(self, start: _Tried, weight: float) -> _Tried:
+    def _descended(self, start: _TriedCourse, weight: float) -> _TriedCourse:
         """Take damped Gauss-Newton steps."""
         if not self.free.size or not np.isfinite(start.motion):
             return start
@@ -105,10 +105,10 @@ class CourseTask:
                 break
         return now
 
-    def _merit(self, tried: _Tried, weight: float) -> float:
+    def _merit(self, tried: _TriedCourse, weight: float) -> float:
         return tried.motion + weight * tried.excess
 
-    def _shorter(self, now: _Tried, step: Floats, weight: float) -> _Tried:
+    def _shorter(self, now: _TriedCourse, step: Floats, weight: float) -> _TriedCourse:
         """The longest of some halved steps that gains."""
         least = self._merit(now, weight)
         for share in 0.5 ** np.arange(8):
@@ -117,17 +117,17 @@ class CourseTask:
                 return then
         return now
 
-    def _tried(self, coefficients: Floats) -> _Tried:
+    def _tried(self, coefficients: Floats) -> _TriedCourse:
         """Joints and their motion with coefficients (p, f), kept in their range: then values are, too."""
         coefficients = np.clip(coefficients, self.least, self.most)
         values = self.basis @ coefficients
         joints = self._joints(values)
         if np.isnan(joints).any():
-            return _Tried(coefficients, joints, values, np.inf, np.inf)
+            return _TriedCourse(coefficients, joints, values, np.inf, np.inf)
         kernels.follow(joints, self.turns, self.middle)
         motion = float((self._rates(joints) ** 2).sum())
         excess = sum(float((each**2).sum()) for each in self._excesses(joints))
-        return _Tried(coefficients, joints, values, motion, excess)
+        return _TriedCourse(coefficients, joints, values, motion, excess)
 
     def _joints(self, values: Floats) -> Floats:
         return np.ascontiguousarray(self.states.solved(self.poses, values)[:, self.group])
@@ -144,7 +144,7 @@ class CourseTask:
         of_pose = _beyond(distance_of(self.states.robot, joints)[:, None], SINGULAR, np.inf, inside)
         return of_joints, of_pose
 
-    def _slopes(self, tried: _Tried) -> tuple[Floats, Floats]:
+    def _slopes(self, tried: _TriedCourse) -> tuple[Floats, Floats]:
         """Derivatives of joints (m, n, f) and of the singular distance (m, f) over the free values."""
         tiny, joints = _TINY * self.range, np.zeros((*tried.joints.shape, len(self.free)))
         pose = np.zeros((len(joints), len(self.free)))
@@ -159,7 +159,7 @@ class CourseTask:
             pose[:, k] = (ends[0] - ends[1]) / (2 * tiny[which])
         return joints, pose
 
-    def _step(self, now: _Tried, weight: float) -> Floats:
+    def _step(self, now: _TriedCourse, weight: float) -> Floats:
         """Gauss-Newton step of the coefficients (p, f)."""
         joints, pose = self._slopes(now)
         rows, left = [], []
@@ -178,7 +178,7 @@ class CourseTask:
         matrix, right = vstack(rows).tocsr(), np.concatenate(left)
         return self._solved(now, matrix.T @ matrix, -(matrix.T @ right))
 
-    def _solved(self, now: _Tried, normal: csr_array, right: Floats) -> Floats:
+    def _solved(self, now: _TriedCourse, normal: csr_array, right: Floats) -> Floats:
         """Step (p, f) of the normal equations, without coefficients that it would push out of their range."""
         given = now.coefficients[:, self.free]
         low, high = given <= self.least[self.free], given >= self.most[self.free]
@@ -197,7 +197,7 @@ class CourseTask:
         whole[:, self.free] = step.reshape(len(self.free), -1).T
         return whole
 
-    def _pushed(self, now: _Tried, joints: Floats, pose: Floats) -> list[tuple[Floats, Floats]]:
+    def _pushed(self, now: _TriedCourse, joints: Floats, pose: Floats) -> list[tuple[Floats, Floats]]:
         """Slopes (m, f) and signed excess (m,) of joints and singular distance, approached from inside."""
         of_joints, of_pose = self._excesses(now.joints, _INSIDE)
         span = self.high - self.low
