@@ -7,6 +7,7 @@ import numpy as np
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
+from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.surface._picture import fill
 
@@ -16,13 +17,13 @@ FAR = 0.82  # share of the colour scale in use, chosen: the rest is too pale on 
 AWAY = 0.18  # chosen: opacity of the line on the far side
 
 
-def plot(path: Path, ax: Any = None) -> Any:
+def plot(path: Path | LiftedPath, ax: Any = None) -> Any:
     """Draw a path on its surface, coloured by the length behind; see `Path.plot`."""
     collections = need("mpl_toolkits.mplot3d.art3d", "plot")
     own = ax is None
     if own:
         ax = pictures.figure(7.6, 4.6).add_subplot(projection="3d")
-    figure = path.surface.plot(ax)
+    figure = (path.patch if isinstance(path, LiftedPath) else path.surface).plot(ax)
     samples = path.sample(per_leg=max(1, min(8, PIECES // len(path.nodes))))
     every = slice(None, None, max(1, len(samples.length) // (2 * PIECES)))
     point, faces = samples.point[every], _faces(samples.normal[every], ax)
@@ -45,7 +46,7 @@ def _pieces(point: Floats) -> Floats:
     return np.stack([point[:-1], point[1:]], axis=1)
 
 
-def _width(path: Path) -> float:
+def _width(path: Path | LiftedPath) -> float:
     """Width of the line, points: thinner where passes are close."""
     return float(np.clip(60.0 * path.pitch / np.sqrt(path.surface.area), 0.3, 1.6))
 
@@ -57,7 +58,7 @@ def _faces(normal: Floats, ax: Any) -> Floats:
     return np.asarray(normal @ eye > 0)
 
 
-def _colours(path: Path) -> dict[str, Any]:
+def _colours(path: Path | LiftedPath) -> dict[str, Any]:
     """Colour map and its ends."""
     colors = need("matplotlib.colors", "plot")
     scale = need("matplotlib", "plot").colormaps[COLOURS](np.linspace(0.0, FAR, 256))

@@ -19,11 +19,14 @@ AREA, BAR = 29.0, 1.2  # square inches, inches; chosen: some 7 by 4, and a bar o
 TICKS = 5  # chosen: ticks along the longest side of the box
 
 
-def surface(shape: "Surface", ax: Any = None) -> Any:
-    """Draw the surface, shaded, with its knot lines, seen from the tool's side; x, y and z to one scale."""
+def surface(shape: "Surface", ax: Any = None, within: Any = None) -> Any:
+    """Draw the surface, shaded, with its knot lines, seen from the tool's side; x, y and z to one scale.
+
+    `within` tells of places (u, v) whether they are left by a trimming: facets elsewhere are clear.
+    """
     figure, axes = _axes(ax)
-    (u0, u1), (v0, v1) = shape.domain
-    found = shape.grid(np.linspace(u0, u1, FINE + 1), np.linspace(v0, v1, FINE + 1))
+    at_u, at_v = (np.linspace(low, high, FINE + 1) for low, high in shape.domain)
+    found = shape.grid(at_u, at_v)
     azimuth, height = _side(shape.outward * np.cross(found.u, found.v).reshape(-1, 3))
     light = need("matplotlib.colors", "plot").LightSource(
         azdeg=30.0 - azimuth, altdeg=np.copysign(55.0, height)
@@ -31,8 +34,14 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
     axes.computed_zorder = False  # lines lie on the surface: rounding would hide them
     # light falls on the outside
     x, y, z = np.moveaxis(found.point if shape.outward < 0 else found.point.swapaxes(0, 1), -1, 0)
+    colour: dict[str, Any] = {"color": COLOUR}
+    if within is not None:
+        left = within(
+            *np.meshgrid(at_u[:-1] + 0.5 * np.diff(at_u), at_v[:-1] + 0.5 * np.diff(at_v), indexing="ij")
+        )
+        colour = {"facecolors": _facets(left if shape.outward < 0 else left.T)}
     axes.plot_surface(
-        x, y, z, color=COLOUR, rcount=FINE, ccount=FINE, linewidth=0, antialiased=False, lightsource=light
+        x, y, z, rcount=FINE, ccount=FINE, linewidth=0, antialiased=False, lightsource=light, **colour
     )
     for line in knot_lines(shape):
         axes.plot(*line.T, color=LINES, lw=0.7, zorder=1.5)
@@ -45,11 +54,18 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
 
 def patch(trimmed: "Patch", ax: Any = None) -> Any:
     """Draw the surface of a patch and its trimming polygons."""
-    figure = surface(trimmed.surface, ax)
+    figure = surface(trimmed.surface, ax, trimmed.contains if trimmed.trim else None)
     axes = figure.axes[-1] if ax is None else ax
     for line in trimmed.outline():
         axes.plot(*line.T, color=TRIMMED, lw=1.5, zorder=2.0)
     return figure
+
+
+def _facets(left: Any) -> checks.Floats:
+    """Colours of facets (n, m, 4); those that are not `left` are clear."""
+    colours = np.tile(need("matplotlib.colors", "plot").to_rgba(COLOUR), (*left.shape, 1))
+    colours[..., 3] = left
+    return np.asarray(colours)
 
 
 def knot_lines(shape: "Surface") -> list[checks.Floats]:

@@ -5,7 +5,6 @@ from math import factorial, pi, sqrt
 
 import numpy as np
 import numpy.typing as npt
-from numpy.polynomial.polynomial import polyval
 from scipy.special import erf, erfc, erfcx, roots_legendre
 
 from sdpgrind.base import checks
@@ -16,6 +15,7 @@ from sdpgrind.sdp._distributions.normal import HALF_PI, ROOT2
 
 RAYLEIGH_SD = sqrt(2 - pi / 2)  # derived: its standard deviation
 RAYLEIGH_REACH = 8.85  # derived: P(Rho > 8.85) < 1e-17
+_EMPTY = 38.61  # derived: exp(-u^2/2) is 0 in double precision from here on
 
 
 def _rayleigh_series(power: int) -> Floats:
@@ -94,18 +94,23 @@ class Rayleigh(LocationScale):
             return _below(u)
         mean_part = HALF_PI * erf(u / ROOT2)
         far = np.asarray(u - mean_part if power == 1 else u * u - 2 * u * mean_part + 2 * _below(u))
-        near = u < 1
-        far[near] = u[near] ** power * polyval(u[near] ** 2, _SERIES[power])
+        near = (u > 0) & (u < 1)
+        small = u[near]
+        far[near] = small**power * _polynomial(_SERIES[power], small**2)
         return far
 
     def _unit_over(self, v: Floats, power: int) -> Floats:
         u = np.maximum(v, 0.0)
-        if power == 0:
-            return np.exp(-0.5 * u * u)
         if power == 1:
             upper: Floats = HALF_PI * erfc(u / ROOT2) + np.maximum(-v, 0.0)
             return upper
-        beyond = 2 * np.exp(-0.5 * u * u) * np.maximum(1 - u * HALF_PI * erfcx(u / ROOT2), 0.0)
+        within = np.asarray((u > 0) & (u < _EMPTY))  # elsewhere the tail is 1 or 0: on most of a grid
+        tail = np.where(u > 0, 0.0, 1.0)
+        np.exp(-0.5 * u * u, out=tail, where=within)
+        if power == 0:
+            return tail
+        some, beyond = u[within], np.asarray(2 * tail)
+        beyond[within] *= np.maximum(1 - some * HALF_PI * erfcx(some / ROOT2), 0.0)
         short = np.maximum(-v, 0.0)
         return np.asarray(beyond + short * (2 * HALF_PI + short))
 
@@ -113,6 +118,15 @@ class Rayleigh(LocationScale):
 def _below(u: Floats) -> Floats:
     """P(Rho <= u) of the unit law."""
     return -np.expm1(-0.5 * u * u)
+
+
+def _polynomial(coefficients: Floats, x: Floats) -> Floats:
+    """Horner's sum in place: to the bit numpy's `polyval`, which makes two new arrays a coefficient."""
+    total = np.full_like(x, coefficients[-1])
+    for each in coefficients[-2::-1]:
+        total *= x
+        total += each
+    return total
 
 
 @lru_cache(maxsize=1)
