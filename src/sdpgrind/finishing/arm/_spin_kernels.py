@@ -44,9 +44,12 @@ def _passes(joints, course, low, high, turns, slack):
 
 @compiled
 def _time(joints, last, speed, turns, far, most):
-    """Time of the slowest joint, s; inf where an angle turns by more than `far` or it is `most` or more."""
+    """Time of the slowest joint, s; inf where an angle turns by more than `far` or it is `most` or more.
+
+    The last joint comes first, as a turn of the tool moves it most.
+    """
     longest = 0.0
-    for j in range(joints.size):
+    for j in range(joints.size - 1, -1, -1):
         way = abs(_nearest(joints[j] - last[j], turns[j]))
         longest = max(longest, way / speed[j])
         if (turns[j] and way > far) or longest >= most:
