@@ -1,6 +1,12 @@
 """What the tests of finishing reach inside the area."""
 
+from sdpgrind.finishing._program.course import lifted
+from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing.arm import _kinematics_kernels as kinematics_kernels
+from sdpgrind.finishing.arm import _spin_choice as spin_choice
+from sdpgrind.finishing.arm import _spin_kernels as spin_kernels
+from sdpgrind.finishing.arm import _spin_states as spin_states
+from sdpgrind.finishing.arm import _spin_sweep as spin_sweep
 from sdpgrind.finishing.arm._heading import check_corners, pitch_cosine
 from sdpgrind.finishing.path import _hilbert as hilbert
 from sdpgrind.finishing.path import _spacing as spacing
@@ -87,6 +93,7 @@ __all__ = [
     "law_of",
     "law_of_a_reading",
     "left_out",
+    "lifted",
     "mapping_of",
     "march",
     "metrics",
@@ -94,10 +101,15 @@ __all__ = [
     "narrowed",
     "pitch_cosine",
     "read_scan",
+    "read_text",
     "refuse_folded_surface",
     "scan_triangles",
     "solved",
     "spacing",
+    "spin_choice",
+    "spin_kernels",
+    "spin_states",
+    "spin_sweep",
     "squared_feed",
     "sweep",
     "toppra_law",

@@ -64,6 +64,29 @@ def test_a_tool_that_is_face_on_finishes_nothing(capsys, tmp_path):
     assert refused(capsys, job).startswith(told) and refused(capsys, job, "--study").startswith(told)
 
 
+@pytest.mark.parametrize(("spin", "kept"), [("6", 6), ('["10 deg", 0.5]', (np.pi / 18, 0.5))])
+def test_a_tool_that_turns_finishes_nothing(spin, kept, capsys, tmp_path):
+    """Also one that leans; its motion is written as a program."""
+    job = tmp_path / "job.toml"
+    text = FACE.format(file="part.step", face="", angle=60).replace('pitch = "12', 'pitch = "24')
+    surface = '[surface]\nshape = "nominal"'
+    job.write_text(text.replace('[surface]\nfile = "part.step"', surface) + f"spin = {spin}\n")
+    assert read(job).problem.spin == pytest.approx(kept)
+    told = "tool.spin must be left out, as no torque of the axis presses a tool that turns about its own axis"
+    assert refused(capsys, job).startswith(told) and refused(capsys, job, "--study").startswith(told)
+    if kept == 6:
+        assert "read back" in said(capsys, job, "--program", "krl", "--out", tmp_path / "out")
+
+
+@pytest.mark.parametrize(("spin", "told"), [("1", "from 2 to 720"), ('"24"', "must be a list of numbers")])
+def test_refused_turns_of_a_job(spin, told, tmp_path):
+    shutil.copy(STEP / "nominal.step", tmp_path / "part.step")
+    job = tmp_path / "job.toml"
+    job.write_text(FACE.format(file="part.step", face="", angle=90) + f"spin = {spin}\n")
+    with pytest.raises(ValueError, match=rf"tool.*spin.*{told}"):
+        read(job)
+
+
 def test_a_region_of_a_scan_is_the_surface(tmp_path):
     x, y = np.meshgrid(np.linspace(0, 20, 15), np.linspace(0, 20, 15))
     np.savetxt(tmp_path / "scan.xyz", np.column_stack([x.ravel(), y.ravel(), 0.2 * x.ravel()]))

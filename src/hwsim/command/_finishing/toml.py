@@ -74,7 +74,7 @@ def _job(file: Table, folder: Path) -> Job:
     problem = _problem(path, tool, robot)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
     program = _program(file.maybe("program"))
-    if problem.face_on:
+    if not problem.pressed:
         return Job(FaceOn(problem), method=method, program=program)
     controller = file.maybe("controller")
     settings = _settings(controller)
@@ -115,6 +115,9 @@ def _problem(
         options["pushed"] = table.flag("pushed")
     if table.has("placement"):
         options["placement"] = tuple(table.list_of("placement", units["placement"]))
+    if table.has("spin"):
+        whole = isinstance(table.entries["spin"], int)
+        options["spin"] = table.take("spin") if whole else tuple(table.list_of("spin", units["spin"]))
     table.done()
     return table.made(finishing.FinishingProblem, path, **options)
 
