@@ -14,7 +14,17 @@ from sdpgrind import plunge, sdp, weldbead
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 PASS = ("duration", "feed_rate", "normal_force")
 STEPS = 3000
-STRICT = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-pedantic", "-Werror"]
+STRICT = [
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-Wall",
+    "-Wextra",
+    "-Wshadow",
+    "-Wconversion",
+    "-pedantic",
+    "-Werror",
+]
 
 
 @pytest.fixture(scope="module")

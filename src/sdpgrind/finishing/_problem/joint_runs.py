@@ -27,6 +27,10 @@ FEWEST, STEP = 8, 0.25
 STILL = 1e-6  # mm and 1, chosen: change of a pose between two runs that is none
 
 
+class PostureError(ValueError):
+    """No branch of the robot takes the path where it is; another placement may."""
+
+
 def limits_of(problem: FinishingProblem, method: str) -> tuple[JointLimits, float | None]:
     """Limits of the joints for a time law, and of acceleration along the path, mm/s^2 (None: no limit)."""
     robot = problem.robot
@@ -94,7 +98,7 @@ def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoi
     try:
         return choose(robot, poses)
     except ValueError as error:
-        raise ValueError(f"{_advice(problem)} ({error})") from None
+        raise PostureError(f"{_advice(problem)} ({error})") from None
 
 
 def _advice(problem: FinishingProblem) -> str:

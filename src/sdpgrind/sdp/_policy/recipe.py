@@ -138,7 +138,9 @@ class _TableStates:
         inside = rng.uniform(low, high, (count, low.size))
         outside = rng.uniform(low - beyond, high + beyond, (count, low.size))
         nodes = inside.copy()
-        nodes[:, self._fixed :] = [[rng.choice(x) for x in self._policy.grid.coordinates] for _ in range(count)]
+        nodes[:, self._fixed :] = [
+            [rng.choice(x) for x in self._policy.grid.coordinates] for _ in range(count)
+        ]
         rows = np.vstack([inside, outside, nodes, self._changing(rng)])
         if len(self._policy.layout.modes) > 1:
             rows[:, 0] = np.rint(rows[:, 0])
