@@ -75,7 +75,7 @@ def _job(file: Table, folder: Path) -> Job:
     problem = _problem(path, tool, robot)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
     program = _program(file.maybe("program"))
-    if problem.face_on:
+    if not problem.pressed:
         return Job(FaceOn(problem), method=method, program=program)
     controller = file.maybe("controller")
     settings = _settings(controller)
@@ -117,6 +117,9 @@ def _problem(
     searched = table.has("placement") and isinstance(table.take("placement"), str)
     if table.has("placement") and not searched:
         options["placement"] = tuple(table.list_of("placement", units["placement"]))
+    if table.has("spin"):
+        whole = isinstance(table.entries["spin"], int)
+        options["spin"] = table.take("spin") if whole else tuple(table.list_of("spin", units["spin"]))
     box = table.take("placement_box") if table.has("placement_box") else None
     if searched:
         table.text("placement", ("search",))

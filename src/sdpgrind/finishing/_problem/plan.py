@@ -1,7 +1,5 @@
 """Plan a finishing motion: tool poses, robot joints and time law."""
 
-import numpy as np
-
 from sdpgrind.base import checks
 from sdpgrind.base.progress import ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.joint_runs import (
@@ -13,7 +11,7 @@ from sdpgrind.finishing._problem.joint_runs import (
     samples_of,
 )
 from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError
-from sdpgrind.finishing._problem.motion_rows import rows
+from sdpgrind.finishing._problem.motion_rows import rows, with_freedoms
 from sdpgrind.finishing._problem.placing import placed_for, what_place_would
 from sdpgrind.finishing._problem.posture import Posture
 from sdpgrind.finishing._problem.problem import FinishingProblem
@@ -82,7 +80,8 @@ def plan(
     progress(0.0, "joints along the path")
     samples = samples_of(problem.path)
     try:
-        if problem.heading == "fixed":  # ends of legs show what is out of reach, before the long sampling
+        if problem.heading == "fixed" and problem.spin == ():
+            # ends of legs show what is out of reach, before the long sampling
             posture_of(problem, problem.path.sample(per_leg=1))
         chosen, place = posture_of(problem, samples)
     except PostureError as error:
@@ -99,8 +98,7 @@ def plan(
     )
     worst = worst_violation(runs, laws, limits=limits, feed_rate=feeds)
     begun = sum(law.duration for law in laws[: worst.run])
-    table = rows(problem, runs, laws)
-    free = {name: np.full(table.sizes["row"], value) for name, value in chosen.free.items()}
+    free, table = with_freedoms(rows(problem, runs, laws), chosen.free)
     posture = Posture(chosen.branch, place, free)
     other = "; ".join(f"run {k}: {law.status}" for k, law in enumerate(laws) if law.status)
     motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), table, other)
