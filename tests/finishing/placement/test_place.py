@@ -158,3 +158,11 @@ def test_pictures(pyplot, placed):
     assert nearest < 1e-6  # the drawn tool ends on the path
     bars = finishing.place(WIDE).plot().axes[0].patches
     assert [round(bar.get_width()) for bar in bars] == [450, 400]
+
+
+def test_a_spinning_tool_is_placed():
+    """Of 24 turns every third is compared; the plan takes all."""
+    ball = FinishingProblem(finishing.hilbert(nominal_surface(), 1), robot=UR10, spin=24)
+    assert placing_task(ball).hold.spins == pytest.approx(np.arange(8) * np.pi / 4)
+    found = finishing.place(ball, box=[(650.0, -25.0, 100.0), (650.0, -25.0, 100.0)])
+    assert found.found and found.problem.spin == 24 and found.worth > 0.1

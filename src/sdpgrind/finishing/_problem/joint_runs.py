@@ -86,7 +86,7 @@ def _spun(problem: FinishingProblem, poses: Floats, samples: PathSamples) -> Rob
     try:
         found = spun_choices(problem.robot, poses, samples.length, spins_of(problem.spin))
     except ValueError as error:
-        raise ValueError(f"spin must leave the robot a way: try another placement ({error})") from None
+        raise PostureError(f"spin must leave the robot a way: try another placement ({error})") from None
     if len(found) == 1:
         return found[0]
     limits, feeds = limits_of(problem, "min_time")[0], feeds_of(problem, samples)

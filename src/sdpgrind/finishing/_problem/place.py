@@ -11,6 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.joint_runs import PostureError, posture_of, samples_of
 from sdpgrind.finishing._problem.problem import FinishingProblem
+from sdpgrind.finishing.arm._spin_states import spins_of
 from sdpgrind.finishing.placement._grid import FREE, grid, in_base, sifted
 from sdpgrind.finishing.placement._placement import Placement
 from sdpgrind.finishing.placement._proof import Proof
@@ -19,6 +20,7 @@ from sdpgrind.finishing.placement._refine import refined
 from sdpgrind.finishing.placement._task import PlacingTask, ToolHold, spread, task_of
 from sdpgrind.finishing.placement._worth import PlacementRows, Sides, rated
 
+SPINS = 8  # chosen: turns of the tool that are compared; `plan` takes all of them
 REFINED = 20  # chosen (spec): placements of the grid that are refined
 GRID_SHARE, REFINED_SHARE = 0.5, 0.9  # chosen: portions of progress at the ends of these stages
 
@@ -92,8 +94,16 @@ def _refuse_corners(problem: FinishingProblem) -> None:
 
 def placing_task(problem: FinishingProblem) -> PlacingTask:
     """Return contacts at the nodes of the path, tool and robot."""
-    hold = ToolHold(problem.contact_angle, problem.lever_arm, problem.heading, problem.pushed)
+    hold = ToolHold(
+        problem.contact_angle, problem.lever_arm, problem.heading, problem.pushed, _spins(problem)
+    )
     return task_of(problem.robot, problem.path.sample(per_leg=1), hold)
+
+
+def _spins(problem: FinishingProblem) -> tuple[float, ...]:
+    """Turns of the tool about its own axis that are compared, rad."""
+    angles = spins_of(problem.spin).angles.tolist()
+    return tuple(angles[:: math.ceil(len(angles) / SPINS) or 1])
 
 
 def quick_proof(problem: FinishingProblem) -> Proof | None:
@@ -162,7 +172,7 @@ def _placed(problem: FinishingProblem, row: PlacementRows) -> FinishingProblem:
 def stopped(problem: FinishingProblem, samples: Any) -> str:
     """Return what stops a placed problem on its path: the sentence of the planner; empty: nothing does."""
     try:
-        if problem.heading == "fixed":
+        if problem.heading == "fixed" and problem.spin == ():
             posture_of(problem, problem.path.sample(per_leg=1))
         posture_of(problem, samples)
     except ValueError as error:

@@ -44,8 +44,7 @@ def rated(task: PlacingTask, rows: PlacementRows, sides: Sides) -> Rating:
     The worth is the least, over the poses, of two shares: the distance of the joints from their limits over
     their range, and the distance from singular poses; of the branch in which it is greatest. Below 0: a joint
     is beyond its limit, or poses are out of reach. A tool that may spin takes the best turn at each pose.
-    Tables take the origin with the widest margin: that of
-    `rows` counts along z only.
+    Tables take the origin with the widest margin: that of `rows` counts along z only.
     """
     poses = {azimuth: _poses(task, azimuth) for azimuth in np.unique(rows.azimuth).tolist()}
     spins = max(1, len(task.hold.spins))
