@@ -57,6 +57,6 @@ print(
 # the length of the links. A proof is short of what can be known: where there is neither proof nor placement the answer is
 # "not found", with the best try and what stops it.
 low, high = (np.array(robot.position_min), np.array(robot.position_max))
-low[0], high[0] = 3.1, 3.2
+low[0], high[0] = 3.1, 3.101
 stiff = robot.replace(position_min=tuple(low), position_max=tuple(high))
 print(finishing.place(problem.replace(robot=stiff), box=bench))

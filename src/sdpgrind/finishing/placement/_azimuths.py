@@ -38,7 +38,7 @@ class AzimuthRange(NamedTuple):
         return AzimuthRange(self.centre, 0.0)
 
 
-class Swept(NamedTuple):
+class SweptVectors(NamedTuple):
     """Vectors at every contact, in a frame that turns with the azimuth (m, 3), and their greatest motion."""
 
     vectors: Floats
@@ -53,7 +53,7 @@ def ranges(task: PlacingTask) -> list[AzimuthRange]:
     return [AzimuthRange((2 * k + 1) * half, half) for k in range(FIRST)]
 
 
-def swept(task: PlacingTask, over: AzimuthRange, vector: Floats) -> Swept:
+def swept(task: PlacingTask, over: AzimuthRange, vector: Floats) -> SweptVectors:
     """Return a vector fixed in the tool frame P (3,), at every contact, over a range of azimuths.
 
     For all azimuths in the range each vector differs from the returned one by at most ``off``, in the frame
@@ -69,7 +69,7 @@ def swept(task: PlacingTask, over: AzimuthRange, vector: Floats) -> Swept:
     c, s, side = math.cos(task.hold.contact_angle), math.sin(task.hold.contact_angle), task.hold.side
     found = vector[0] * (-s * along - side * c * n) + vector[1] * np.cross(n, along)
     found = found + vector[2] * (side * c * along - s * n)
-    return Swept(turned_back(found, over.centre), _moved(task, over) * float(np.linalg.norm(vector)))
+    return SweptVectors(turned_back(found, over.centre), _moved(task, over) * float(np.linalg.norm(vector)))
 
 
 def turned_back(vectors: Floats, angle: float) -> Floats:

@@ -12,7 +12,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm._arm import Arm
-from sdpgrind.finishing.placement._azimuths import AzimuthRange, Swept
+from sdpgrind.finishing.placement._azimuths import AzimuthRange, SweptVectors
 from sdpgrind.finishing.placement._proof import Shortfall
 from sdpgrind.finishing.placement._reach import Reach, wrist_arms
 from sdpgrind.finishing.placement._table import arm_vectors, wrist_heights, wrist_travels
@@ -44,7 +44,7 @@ def wrist_from_box(reach: Reach, sides: Sides, task: PlacingTask, over: AzimuthR
     return Shortfall(float(np.hypot(across, away).max()), reach.distance)
 
 
-def _placed(task: PlacingTask, over: AzimuthRange, arms: Swept) -> tuple[Floats, Floats]:
+def _placed(task: PlacingTask, over: AzimuthRange, arms: SweptVectors) -> tuple[Floats, Floats]:
     """Contacts with a vector each (m, 3) in the frame of the surface, and their greatest error, mm."""
     c, s = math.cos(over.centre), math.sin(over.centre)
     turned = arms.vectors @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -68,7 +68,7 @@ def table_from_box(arm: Arm, sides: Sides, task: PlacingTask, over: AzimuthRange
     found = []
     for radius in (*arm.wrist_radii, *(-radius for radius in arm.wrist_radii)):
         vectors, off = arm_vectors(arm, task, over, radius)
-        arms = Swept(np.column_stack([vectors, np.zeros(len(vectors))]), off)
+        arms = SweptVectors(np.column_stack([vectors, np.zeros(len(vectors))]), off)
         places, error = _placed(task._replace(point=-task.point), over, arms)
         found.append(float(_across(np.hypot(places[:, 0], places[:, 1]), ring, error).max()))
     return Shortfall(min(found), 0.0, "X, Y")

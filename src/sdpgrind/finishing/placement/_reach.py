@@ -18,7 +18,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm._closed_form import ClosedForm, inverted
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._serial import SerialRobot
-from sdpgrind.finishing.placement._azimuths import AzimuthRange, Swept, swept
+from sdpgrind.finishing.placement._azimuths import AzimuthRange, SweptVectors, swept
 from sdpgrind.finishing.placement._enclosing_ball import enclosing_ball
 from sdpgrind.finishing.placement._proof import Shortfall
 from sdpgrind.finishing.placement._task import PlacingTask
@@ -54,13 +54,13 @@ def reach_of(robot: Robot) -> Reach | None:
     return Reach(np.zeros(3), first[:3, 3], links + float(slides.sum()) + SLACK, upright)
 
 
-def wrist_arms(task: PlacingTask, over: AzimuthRange, point: Floats) -> Swept:
+def wrist_arms(task: PlacingTask, over: AzimuthRange, point: Floats) -> SweptVectors:
     """Vectors from the contacts to a point of the tool; one that spins has it on a circle about its axis."""
     arm = point - np.array([0.0, 0.0, task.hold.lever_arm])
     if not task.hold.spins:
         return swept(task, over, arm)
     found = swept(task, over, np.array([0.0, 0.0, arm[2]]))
-    return Swept(found.vectors, found.off + math.hypot(arm[0], arm[1]))
+    return SweptVectors(found.vectors, found.off + math.hypot(arm[0], arm[1]))
 
 
 def wrist_points(task: PlacingTask, over: AzimuthRange, point: Floats) -> tuple[Floats, Floats]:
