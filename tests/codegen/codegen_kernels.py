@@ -35,7 +35,7 @@ def arithmetic(state, x, y, out):
     out[1] = -(-1.0 * x) - -y
     out[2] = x / y
     out[3] = (x + y) ** 2 + x**3 - y**5
-    out[4] = (1.0 + x * x) ** -3
+    out[4] = 1.0 / (1.0 + x * x) ** 3
     out[5] = float(COUNT) / 2 + WHERE
     out[6] = math.fabs(x) + np.abs(y) + abs(-3)
     return 0
@@ -51,7 +51,7 @@ def whole_numbers(state, x, y, out):
     out[3] = (a << 2) + (a >> 1) + (a & 5) + (a | 2) + (a ^ 3)
     out[4] = np.int64(x + y)
     out[5] = abs(a) + min(a, b) - max(a, b, 1)
-    out[6] = (a > b) + 2 * (a == b)
+    out[6] = (a > b) + 2 * (a == b) + math.floor(x) * math.ceil(y) // 3 + math.trunc(x)
     return a % 4
 
 
@@ -227,13 +227,15 @@ def _looked_up(table, index):
 
 
 @compiled(error_model="numpy")
-def constants(state, table, pairs, flags, x, y, out):
-    """Constants of the law: arrays and numbers in NamedTuples, small integers."""
+def constants(state, table, pairs, flags, halves, x, y, out):
+    """Constants of the law: arrays and numbers in NamedTuples, small integers, four-byte floats."""
     k = int(abs(x)) % 3
     out[0] = _looked_up(table, k)
     out[1] = pairs.first - pairs.second * y
     out[2] = flags[k]
     out[3] = flags[k] * 3 + k
+    out[4] = y * halves[k] + x
+    out[5] = np.float64(halves[k])
     return 0
 
 
@@ -244,10 +246,23 @@ def functions(state, x, y, out):
     out[1] = np.log(abs(x)) + np.log1p(abs(y)) + np.expm1(x) + np.hypot(x, y)
     out[2] = np.arctan2(x, y) + math.asin(x / (1.0 + abs(x))) + np.arccos(0.1) + math.atan(y)
     out[3] = abs(x) ** y + abs(y) ** 0.25
-    out[4] = np.floor(x) + math.ceil(y) + np.rint(x) + math.copysign(1.0, y) + np.sqrt(abs(x)) + np.trunc(y)
+    out[4] = np.floor(x) + np.ceil(y) + np.rint(x) + math.copysign(1.0, y) + np.sqrt(abs(x)) + np.trunc(y)
     return 0
 
 
 ALL = (
     arithmetic, whole_numbers, remainders, extremes, truths, calls, sequences, loops, views, records, functions,
 )  # fmt: skip
+
+
+@compiled(error_model="numpy")
+def counted(state, x, out):
+    """A size in the state: constant where it is a setting."""
+    room = np.empty(int(state[0]))
+    for k in range(room.size):
+        room[k] = x
+    state[1] = 0.0
+    for k in range(int(state[0])):
+        state[1] += room[k]
+    out[0] = state[1]
+    return 0

@@ -69,7 +69,7 @@ def test_the_files(made):
 
 def test_the_header_has_units_and_places(made):
     text = (made.path / "smith.h").read_text()
-    assert "double wanted; /* mm */" in text and "double command; /* mm/s */" in text
+    assert "double wanted; /* mm, -1e+09 to 1e+09 */" in text and "double command; /* mm/s */" in text
     assert "#define SMITH_PERIOD 0.01 /* s */" in text and "#define SMITH_AT_INTEGRAL 10" in text
     assert f'#define SMITH_FINGERPRINT "{recipe().fingerprint}"' in text and "1  far off" in text
 
@@ -148,13 +148,13 @@ def test_an_export_that_fails_leaves_the_old_one(tmp_path, monkeypatch):
 
 @needs_gcc
 def test_a_users_own_step(made):
-    found = made.check(20_000, ["gcc"], levels=["-O2"])
+    found = made.check(20_000, ["gcc"], levels=["-O2"], targets=())
     assert found.status == "equal" and found.differing == 0, found.first
 
 
 @needs_gcc
 def test_what_was_not_run_is_no_success(made):
-    found = made.check(1000, ["no-such-compiler"])
+    found = made.check(1000, ["no-such-compiler"], targets=())
     assert found.status == "not run" and found.missing == ("no-such-compiler",)
     with pytest.raises(RuntimeError, match="nothing was run: none of no-such-compiler was found"):
         _ = found.differing
@@ -180,7 +180,7 @@ def test_the_self_test(made, tmp_path, compiler):
     shutil.copytree(made.path, tmp_path / "x")
     done = built(tmp_path / "x", *STRICT, compiler=compiler)
     assert done.returncode == 0
-    assert done.stdout == "smith: 0 of 512 vectors and 0 of 64 digests of 1000 steps differ\n"
+    assert done.stdout == "smith: 0 of 548 vectors and 0 of 64 digests of 1000 steps differ\n"
 
 
 @needs_gcc
@@ -221,7 +221,7 @@ def test_fast_math_is_refused(made):
 @needs_gcc
 def test_a_number_that_is_no_index(tmp_path):
     made = sdpgrind.export(
-        Recipe("cast", cast_step, {"x": ""}, {"y": ""}, missing=("x",), vectors=lambda rng, n: [np.arange(9.0)[:, None]],
+        Recipe("cast", cast_step, {"x": ""}, {"y": ""}, missing=("x",), ranges={"x": (-np.inf, np.inf)}, vectors=lambda rng, n: [np.arange(9.0)[:, None]],
                spread=(0.0,)),
         tmp_path / "cast",
     )  # fmt: skip
@@ -242,7 +242,8 @@ def test_a_number_must_be_finite(made):
         )
     controller = made.controller()
     with pytest.raises(
-        ValueError, match=r"inputs must be within their range \(status -1\); got wanted=1, reading=nan"
+        ValueError,
+        match=r"within their range \(status -1\); got wanted=1 \(-1e\+09 to 1e\+09 mm\), reading=nan \(-1e",
     ):
         controller.step(wanted=1.0)
 

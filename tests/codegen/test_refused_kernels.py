@@ -56,6 +56,18 @@ def rooted(state, x, out):
     return 0
 
 
+@compiled(error_model="numpy")
+def inverse(state, x, out):
+    out[0] = x**-2
+    return 0
+
+
+@compiled(error_model="numpy")
+def computed_power(state, x, out):
+    out[0] = x ** int(state[0])
+    return 0
+
+
 @compiled(error_model="numpy", fastmath=True)
 def fast(state, x, out):
     out[0] = x
@@ -74,6 +86,15 @@ def member(state, x, out):
     return 0
 
 
+HALVES = np.array([0.5, 0.25], dtype=np.float32)
+
+
+@compiled(error_model="numpy")
+def four_bytes(state, x, out):
+    out[0] = x + HALVES[0] * HALVES[1]
+    return 0
+
+
 CASES = {
     divides: "a division under the default error model is not translated; decorate divides with error_model='numpy'",
     raises: "raise is not translated; return a status",
@@ -82,8 +103,11 @@ CASES = {
     listed: "a list is not translated; use np.empty with a constant size, or a tuple",
     whole_array: "arithmetic of whole arrays or tuples is not translated; write the loop",
     rooted: "**0.5 is not translated; write x*x, 1/x, np.sqrt(x): pow has other bits",
+    inverse: "a whole power that is computed, or negative, is not translated; divide by the power",
+    computed_power: "a whole power that is computed, or negative, is not translated; divide by the power",
     fast: "fastmath is not translated; leave it out",
     sorted_: "the function median is not translated; use one of: sqrt",
+    four_bytes: "arithmetic of four-byte floats is not translated; write np.float64(...)",
     member: "in is not translated; use comparisons",
 }
 

@@ -29,14 +29,16 @@ def recipe(kernel, **more):
     whole = kernel in (kernels.whole_numbers, kernels.calls, kernels.views, kernels.loops, kernels.constants)
     return Recipe(
         kernel.py_func.__name__, kernel, INPUTS, OUTPUTS, state=np.zeros(7), missing=() if whole else ("x", "y"),
-        vectors=finite if whole else numbers, spread=(1.0, 1.0), **more,
+        ranges={} if whole else dict.fromkeys(INPUTS, (-np.inf, np.inf)), vectors=finite if whole else numbers, spread=(1.0, 1.0), **more,
     )  # fmt: skip
 
 
 @gcc
 @pytest.mark.parametrize("kernel", kernels.ALL, ids=lambda one: one.py_func.__name__)
 def test_a_construct(tmp_path, kernel):
-    found = sdpgrind.export(recipe(kernel), tmp_path / "thing").check(3000, ["gcc"], levels=["-O0", "-O2"])
+    found = sdpgrind.export(recipe(kernel), tmp_path / "thing").check(
+        3000, ["gcc"], levels=["-O0", "-O2"], targets=()
+    )
     assert found.status == "equal" and found.differing == 0, found.first
 
 
@@ -46,7 +48,8 @@ def test_constants_of_a_law(tmp_path):
         kernels.Table(np.array([0.5, np.nan, -2.25]), 1.5),
         kernels.Pair(3.0, 0.125),
         np.array([1, -7, 30000], dtype=np.int16),
+        np.array([0.1, np.nan, -np.inf], dtype=np.float32),
     )
     made = sdpgrind.export(recipe(kernels.constants, law=law), tmp_path / "thing")
-    found = made.check(3000, ["gcc"], levels=["-O2"])
+    found = made.check(3000, ["gcc"], levels=["-O2"], targets=())
     assert found.differing == 0, found.first

@@ -1,8 +1,25 @@
 """What the tests of the solver reach inside the area."""
 
+from sdpgrind.sdp._policy import small_kernels
+from sdpgrind.sdp._policy import small_tables as small_tables_module
+from sdpgrind.sdp._policy.small_choice import small_tables
+from sdpgrind.sdp._policy.small_tables import Rounding, narrowed, small_of
+from sdpgrind.sdp._policy.value_lost import value_lost
 from sdpgrind.sdp._problem.grid import Grid
 from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.point_backup import PointBundle
 from sdpgrind.sdp._transitions.menu import Menu
 
-__all__ = ["Bundles", "Grid", "Menu", "PointBundle"]
+__all__ = [
+    "Bundles",
+    "Grid",
+    "Menu",
+    "PointBundle",
+    "Rounding",
+    "narrowed",
+    "small_kernels",
+    "small_of",
+    "small_tables",
+    "small_tables_module",
+    "value_lost",
+]

@@ -23,6 +23,11 @@ def work(arguments: argparse.Namespace) -> int:
     import sdpgrind
 
     plan = sdpgrind.load(arguments.plan)
+    if not hasattr(plan, "__export__"):
+        raise ValueError(
+            f"plan must be the file of a sequence policy or of a locus; {arguments.plan} holds a"
+            f" {type(plan).__name__}; controllers are exported from Python, by sdpgrind.export"
+        )
     made = sdpgrind.export(
         plan, arguments.folder, arguments.target, name=arguments.name, overwrite=arguments.overwrite
     )

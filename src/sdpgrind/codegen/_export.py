@@ -1,6 +1,7 @@
 """`export`: C99 of a plan, a controller or a user's own kernel, with the library's bits."""
 
 import os
+from collections.abc import Sequence
 from typing import Any
 
 from sdpgrind import __version__
@@ -15,6 +16,7 @@ from sdpgrind.codegen._files.vectors import Vectors, vectors_of
 from sdpgrind.codegen._fmi import archive
 from sdpgrind.codegen._fmi.unit import unit_files
 from sdpgrind.codegen._recipe import Recipe, c_name
+from sdpgrind.codegen._tables import TablesAsked
 
 TARGETS = ("c99", "fmi2")
 
@@ -24,6 +26,9 @@ def export(
     path: str | os.PathLike[str],
     target: str = "c99",
     *,
+    precision: str = "double",
+    lost_max: float | None = None,
+    outputs: Sequence[str] | None = None,
     name: str | None = None,
     overwrite: bool = False,
 ) -> Exported:
@@ -37,16 +42,26 @@ def export(
     Parameters
     ----------
     thing : plan, controller or Recipe
-        What has ``__export__``: `weldbead.SequencePolicy`, `locus.LocusTable` (``locus.table()``),
-        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
-        `weldbead.force.ForceController` (its law, to which force and position of the plan are handed over);
-        or a `Recipe` of a kernel of one's own.
+        What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.Locus` (its table by the
+        hidden state) and ``locus.table()``, `plunge.CycleController`, `plunge.StagedController`,
+        `finishing.TorqueController`, `weldbead.force.ForceController` (along its plan; without one its law,
+        to which force and position of the plan are handed over), `centering.GeometryEstimator`; or a
+        `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
     target : {"c99", "fmi2"}
         C99 in a folder, or an FMU of FMI 2.0 for co-simulation around it: `path` is then a file that ends in
         ``.fmu``.
+    precision : {"double", "float32", "int16"}
+        How the tables of a policy are kept: as they are, or rounded, with cells in which the action changes
+        as sorted lists. What that loses is computed, from the plan's own problem, and stands in the manifest
+        ("lost": see :doc:`/on_your_controller`).
+    lost_max : float, optional
+        Largest value lost at any node of any stage, $ or what the plan charges in. The smallest form that
+        keeps it is written; with a `precision` other than "double" that one, if it keeps it.
+    outputs : sequence of str, optional
+        Outputs of a policy: "gap" ($), a table of its own, may be left out, "value" ($) be added.
     name : str, optional
         Prefix of files, types and functions. Default: the name of the folder, or of the FMU.
     overwrite : bool
@@ -63,7 +78,9 @@ def export(
         When the thing cannot be exported.
     ValueError
         When a kernel is outside the subset that is translated (file, line, construct and what to write
-        instead), a name is no identifier of C, or the folder holds something else.
+        instead), a name is no identifier of C, or the folder holds something else; when the value lost ($) is
+        above `lost_max` in every form, or cannot be computed, as the plan was loaded without its problem;
+        when the thing has no tables that can be rounded.
     FileExistsError
         When `path` holds another export and `overwrite` is False.
 
@@ -81,7 +98,8 @@ def export(
     same bits where the C library computes log, pow and expm1 as that of this computer; the self-test tells
     """
     checks.one_of("target", target, TARGETS)
-    recipe, place = recipe_of(thing), checks.path("path", path)
+    asked = TablesAsked.of(precision, lost_max, outputs)
+    recipe, place = recipe_of(thing, asked), checks.path("path", path)
     unit = target == "fmi2"
     (archive.check_free if unit else check_free)(place, overwrite)
     prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
@@ -94,17 +112,23 @@ def export(
     return Exported.of(place, recipe)
 
 
-def recipe_of(thing: Any) -> Recipe:
-    """Return the recipe of a thing; refuse what has none."""
+def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
+    """Return the recipe of a thing, with its tables as asked; refuse what has none."""
+    if asked.given and not hasattr(type(thing), "__export_tables__"):
+        name, value = next(iter(asked.given.items()))
+        usual = "'double'" if name == "precision" else "None"
+        rule = f"{usual} for a {type(thing).__name__}: only the tables of a policy are rounded"
+        raise checks.refuse(name, rule, value)
     if isinstance(thing, Recipe):
         return thing
     told = getattr(type(thing), "__export__", None)
     if told is None:
         raise TypeError(
-            "thing must be a SequencePolicy, a LocusTable, a CycleController, a StagedController, a"
-            f" TorqueController, a ForceController or a Recipe; got {type(thing).__name__}"
+            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, a CycleController, a"
+            " StagedController, a TorqueController, a ForceController, a GeometryEstimator or a Recipe;"
+            f" got {type(thing).__name__}"
         )
-    recipe: Recipe = told(thing)
+    recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe
 
 

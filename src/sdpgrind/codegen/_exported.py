@@ -2,19 +2,20 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 from sdpgrind.base import checks
 from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._fmi.archive import export_folder
+from sdpgrind.codegen._proof.builds import TARGETS
 from sdpgrind.codegen._proof.check import LEVELS, ExportCheck, checked
 from sdpgrind.codegen._proof.controller import CompiledController
 from sdpgrind.codegen._recipe import Recipe
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Exported:
     """Written export; its `size` is in bytes, unit 1.
 
@@ -30,7 +31,7 @@ class Exported:
 
     path: Path
     manifest: Mapping[str, Any]
-    recipe: Recipe = field(repr=False)
+    recipe: Recipe
 
     @classmethod
     def of(cls, path: Path, recipe: Recipe) -> Self:
@@ -45,6 +46,12 @@ class Exported:
         """
         with export_folder(path) as folder:
             return cls(path, json.loads((folder / "manifest.json").read_text(encoding="utf-8")), recipe)
+
+    def __repr__(self) -> str:
+        about = (
+            f"{self.manifest['kind']}, {self.size / 1000:.0f} kB, {len(self.manifest['functions'])} functions"
+        )
+        return f"Exported({str(self.manifest['name'])!r} in {str(self.path)!r}: {about}; {self.promise})"
 
     @property
     def promise(self) -> str:
@@ -64,6 +71,7 @@ class Exported:
         compilers: Sequence[str] = ("gcc", "clang"),
         *,
         levels: Sequence[str] = LEVELS,
+        targets: Sequence[str] = TARGETS,
         rng: Seed = 0,
     ) -> ExportCheck:
         """Compile the C with each compiler at each level and compare it with the library in bits.
@@ -81,23 +89,31 @@ class Exported:
             Commands of compilers; those that are not found are named in the result.
         levels : sequence of str
             Flags of a build, as one text each.
+        targets : sequence of str
+            Further builds, of 100 000 steps at most each: "sanitizers" (of addresses and undefined behaviour,
+            with indices checked, by each compiler), "aarch64" and "armhf" (by Debian's cross compilers under
+            qemu-user, where their C library has the bits of this computer's). What is not run is named.
         rng : int, SeedSequence or Generator
             Source of the inputs.
 
         Returns
         -------
         ExportCheck
-            Number of steps that differ, by build; the first of them; compilers that were not found.
+            Number of steps that differ, by build; the first of them; compilers, sanitizers and emulators that
+            were not found; bytes of stack that gcc counts.
 
         Raises
         ------
         RuntimeError
-            When a compiler refuses the C.
+            When a compiler refuses the C, or a sanitizer stops it.
         """
         checks.count("states", states)
-        name = str(self.manifest["name"])
+        for target in targets:
+            checks.one_of("targets", target, TARGETS)
         with export_folder(self.path) as folder:
-            return checked(self.recipe, folder, name, states, tuple(compilers), tuple(levels), rng)
+            return checked(
+                self.recipe, folder, self.manifest, states, tuple(compilers), tuple(levels), targets, rng
+            )
 
     def controller(self, compiler: str = "gcc") -> CompiledController:
         """Return a controller whose `step` runs the C (mm, s, N): the first half of hardware in the loop.

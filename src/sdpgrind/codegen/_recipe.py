@@ -10,20 +10,21 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._translate.body import RESERVED
 
 _FINGERPRINT = 16  # chosen: hexadecimal digits
 _STATE = (0.0,)  # chosen: an unused entry, since C has no empty structure
+BOUND = 1e9  # chosen: in mm, N, W, s, rad: beyond what any machine measures; its cube is far from overflow
 
 
 @dataclass(frozen=True, eq=False)
 class Recipe:
     """Step of a controller, or a look-up, as a kernel with all that it needs.
 
-    ``step(state, *law, *inputs, out)`` updates `state` (an array), fills `out` (one entry an output) and
-    returns a whole number: the place in `status`, or < 0: an input is out of range. It is decorated by
+    ``step(state, *law, *inputs, *after, out)`` updates `state` (an array), fills `out` (one entry an output)
+    and returns a whole number: the place in `status`, or < 0: an input is out of range. It is decorated by
     `compiled(error_model="numpy")`, as all kernels that it calls. Whether the state may be changed by a step
     that returns < 0 does not matter: it is put back.
 
@@ -37,12 +38,26 @@ class Recipe:
         Name to unit, in the order of the arguments and of `out`.
     law : tuple
         Constants: numbers, arrays, NamedTuples of these.
+    after : tuple
+        Constants that stand behind the inputs.
     state : array
         State after a reset; without one an unused entry.
+    settings : sequence of int
+        Places in `state` that the step only reads: their numbers are constants of the C, and may be sizes.
     start : Kernel, optional
         ``start(state, *law)``, which resets the state. Default: `state` is copied.
     missing : sequence of str
-        Inputs that may be NaN or infinite: the step decides. At others the status is then -1.
+        Inputs that may be NaN, no reading: the step decides. At others the status is then -1.
+    defaults : mapping of str to float
+        Values of inputs that `Exported.controller` is not given, in their units. Default: NaN.
+    ranges : mapping of str to (float, float)
+        Least and greatest value of an input, in its unit; outside the status is -1, and the step does not
+        run. Default: -1e9 to 1e9. Where an end is infinite any number is taken; infinity itself where the
+        input may be missing.
+    meanings : mapping of str to str
+        What an input or output is, and which direction is positive, for the header, manifest and FMU.
+    tables : mapping of str to str
+        What a constant is, by the name of its parameter in `step`, for the comment at its table.
     period : float, optional
         Time between two steps, s.
     status : sequence of str
@@ -62,6 +77,15 @@ class Recipe:
         Makes the command that `Exported.controller` returns of status and outputs. Default: the outputs.
     commands : mapping of str to str, optional
         Name of each command to its unit. Default: the outputs.
+    report : callable(status, inputs, outputs), optional
+        What the plan expects of the step that was taken (inputs and outputs by name), for the log of a run of
+        `Exported.controller`; it comes from the library and decides nothing.
+    reports : mapping of str to str
+        Name of each report to its unit.
+    stands_for, tier : str
+        Class of the controller that steps so, and its tier, for the log. Default: `kind`, "controller".
+    notes : mapping
+        Further entries of the manifest, as JSON has them.
     job, description : mapping
         As the thing's own, for `Exported.controller`.
 
@@ -90,9 +114,15 @@ class Recipe:
     inputs: Mapping[str, str]
     outputs: Mapping[str, str]
     law: tuple[Any, ...] = ()
+    after: tuple[Any, ...] = ()
     state: Any = _STATE
+    settings: Sequence[int] = ()
     start: Kernel | None = None
     missing: Sequence[str] = ()
+    defaults: Mapping[str, float] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    meanings: Mapping[str, str] = field(default_factory=dict)
+    tables: Mapping[str, str] = field(default_factory=dict)
     period: float | None = None
     status: Sequence[str] = ("go on",)
     places: Mapping[str, int] = field(default_factory=dict)
@@ -102,6 +132,11 @@ class Recipe:
     kind: str = "step"
     answer: Callable[[int, dict[str, float]], dict[str, Any]] | None = None
     commands: Mapping[str, str] | None = None
+    report: Callable[[int, dict[str, float], dict[str, float]], dict[str, float]] | None = None
+    reports: Mapping[str, str] = field(default_factory=dict)
+    stands_for: str = ""
+    tier: str = "controller"
+    notes: Mapping[str, Any] = field(default_factory=dict)
     job: Mapping[str, object] = field(default_factory=dict)
     description: Mapping[str, float | str] = field(default_factory=dict)
 
@@ -115,13 +150,29 @@ class Recipe:
         for what, names in (("inputs", self.inputs), ("outputs", self.outputs)):
             if not names:
                 raise checks.refuse(what, "one at least", dict(names))
-        if strange := set(self.missing) - set(self.inputs):
-            raise checks.refuse("missing", "names of inputs", sorted(strange))
+        self._check_names()
+        for name, (low, high) in self.ranges.items():
+            if not low <= high:
+                raise checks.refuse("ranges", f"least and greatest value of {name}", (low, high))
         state = np.array(self.state, dtype=float)
         if state.ndim != 1 or not state.size:
             raise checks.refuse("state", "a row of numbers", state.shape)
+        if self.start is not None and self.settings:
+            raise checks.refuse("settings", "left out where a kernel starts the state", list(self.settings))
         object.__setattr__(self, "state", state)
-        object.__setattr__(self, "law", tuple(_plain(one) for one in self.law))
+        for name in ("law", "after"):
+            object.__setattr__(self, name, tuple(_plain(one) for one in getattr(self, name)))
+
+    def _check_names(self) -> None:
+        named = {
+            "missing": (set(self.missing), self.inputs, "inputs"),
+            "defaults": (set(self.defaults), self.inputs, "inputs"),
+            "ranges": (set(self.ranges), self.inputs, "inputs"),
+            "meanings": (set(self.meanings), {**self.inputs, **self.outputs}, "inputs and outputs"),
+        }
+        for what, (given, known, told) in named.items():
+            if strange := given - set(known):
+                raise checks.refuse(what, f"names of {told}", sorted(strange))
 
     @property
     def finite(self) -> tuple[bool, ...]:
@@ -129,10 +180,25 @@ class Recipe:
         return tuple(name not in self.missing for name in self.inputs)
 
     @property
+    def limits(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest value of each input, in its unit (mm, s, N ...)."""
+        pairs = [self.ranges.get(name, (-BOUND, BOUND)) for name in self.inputs]
+        return tuple((float(low), float(high)) for low, high in pairs)
+
+    def usable(self, rows: Floats) -> Bools:
+        """Return for each row of inputs (mm, s, N ...) whether the step runs on it, as in C."""
+        low, high = np.array(self.limits).T
+        # a NaN is neither below nor above: it is left to the step where it may be missing
+        inside = ~((rows < low) | (rows > high)) & (np.isfinite(rows) | ~np.array(self.finite))
+        found: Bools = inside.all(axis=1)
+        return found
+
+    @property
     def fingerprint(self) -> str:
         """Digest of constants, state and interface, 16 hexadecimal digits; mm and s count as text."""
-        total = hashlib.sha256(repr((self.kind, dict(self.inputs), dict(self.outputs), self.period)).encode())
-        for one in leaves((*self.law, self.state)):
+        face = (self.kind, dict(self.inputs), dict(self.outputs), self.finite, self.limits, self.period)
+        total = hashlib.sha256(repr(face).encode())
+        for one in leaves((*self.law, *self.after, self.state)):
             array = np.asarray(one)
             total.update(repr((array.dtype.str, array.shape)).encode() + array.tobytes())
         return total.hexdigest()[:_FINGERPRINT]
@@ -169,3 +235,9 @@ def c_name(argument: str, name: str) -> str:
     if not plain or name in RESERVED or keyword.iskeyword(name):
         raise checks.refuse(argument, "an identifier of C and Python and no keyword", name)
     return name
+
+
+def shown(number: float) -> str:
+    """Return a number in its shortest form that reads back as the same."""
+    short = f"{number:g}"
+    return short if float(short) == number else repr(number)

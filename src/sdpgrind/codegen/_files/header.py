@@ -1,7 +1,7 @@
 """Header of an export: types with units, constants, two functions, the promise."""
 
-from sdpgrind.codegen._recipe import Recipe
-from sdpgrind.codegen._translate.values import double
+from sdpgrind.codegen._recipe import Recipe, shown
+from sdpgrind.codegen._translate.values import comment, double
 
 _HEADER = """\
 /*
@@ -10,7 +10,7 @@ _HEADER = """\
 {equations} *
  * Any number of instances, one a thread: all that changes is in {name}_state.
  * {name}_step returns
-{status} *   -1  an input is out of range, or no number where one must be
+{status} *   -1  an input is out of the range that stands beside it, or no number where one must be
  *   -2  a loop has reached its bound
  *   -3  a number was no index
  * Below 0 neither state nor output has changed.
@@ -61,14 +61,22 @@ def header(recipe: Recipe, name: str, version: str, promise: str) -> str:
         equations=equations,
         status="".join(f" *   {k:2d}  {one}\n" for k, one in enumerate(recipe.status)),
         constants=_constants(recipe, name.upper(), version),
-        inputs="\n".join(_field(recipe, one, unit) for one, unit in recipe.inputs.items()),
+        inputs="\n".join(
+            _field(recipe, one, unit, limits)
+            for (one, unit), limits in zip(recipe.inputs.items(), recipe.limits, strict=True)
+        ),
         outputs="\n".join(_field(recipe, one, unit) for one, unit in recipe.outputs.items()),
     )  # fmt: skip
 
 
-def _field(recipe: Recipe, name: str, unit: str) -> str:
-    missing = ", NaN: no reading" if name in recipe.missing else ""
-    return f"    double {name}; /* {unit or '1'}{missing} */"
+def _field(recipe: Recipe, name: str, unit: str, limits: tuple[float, float] | None = None) -> str:
+    """Return a field with its meaning above it, and unit, range and what NaN is behind it."""
+    told = recipe.meanings.get(name, "")
+    about = [unit or "1"]
+    about += [] if limits is None else [f"{shown(limits[0])} to {shown(limits[1])}"]
+    about += ["NaN: no reading"] if name in recipe.missing else []
+    above = [comment(told, "    ")] if told else []
+    return "\n".join([*above, f"    double {name}; /* {', '.join(about)} */"])
 
 
 def _constants(recipe: Recipe, upper: str, version: str) -> str:

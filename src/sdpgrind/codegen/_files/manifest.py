@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,6 +11,7 @@ from sdpgrind.codegen._files.vectors import BLOCKS, STEPS, Vectors
 from sdpgrind.codegen._recipe import Recipe
 
 FLAGS = ("-std=c99", "-ffp-contract=off")
+_OWN = 96  # chosen: bytes of stack of `step` beside its copy of the state and the outputs
 _PROMISES = {
     "none": "same bits on every IEEE 754 target: no libm function is used",
     "libm": "same bits where the C library computes {functions} as that of this computer;"
@@ -41,8 +43,8 @@ def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: 
         "version": version,
         "fingerprint": recipe.fingerprint,
         "equations": recipe.equations,
-        "inputs": _interface(recipe.inputs, recipe.missing),
-        "outputs": _interface(recipe.outputs, ()),
+        "inputs": _inputs(recipe),
+        "outputs": [_signal(recipe, one, unit) for one, unit in recipe.outputs.items()],
         "state": {
             "size": recipe.state.size,
             "places": dict(recipe.places),
@@ -57,20 +59,27 @@ def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: 
         "functions": [one.record for one in functions],
         "loop_bounds": bounds,
         "sizes": {"tables": program.table_bytes, "functions": len(functions)},
-        "stack": source.step.stack + 8 * (recipe.state.size + len(recipe.outputs)),
+        "stack": source.step.stack + 8 * (recipe.state.size + len(recipe.outputs)) + _OWN,
         "selftest": {"vectors": len(vectors.rows), "blocks": BLOCKS, "steps": STEPS},
+        **recipe.notes,
     }
 
 
-def _interface(names: Mapping[str, str], missing: Any) -> list[dict[str, Any]]:
+def _inputs(recipe: Recipe) -> list[dict[str, Any]]:
+    pairs = zip(recipe.inputs.items(), recipe.limits, strict=True)
     return [
-        {"name": one, "unit": unit or "1", "may_be_missing": one in missing} for one, unit in names.items()
+        {**_signal(recipe, one, unit), "range": _plain(limits), "may_be_missing": one in recipe.missing}
+        for (one, unit), limits in pairs
     ]
 
 
-def _plain(state: Any) -> list[float | str]:
-    """Return numbers as JSON has them; NaN as text."""
-    return [float(one) if one == one else "NaN" for one in state]
+def _signal(recipe: Recipe, name: str, unit: str) -> dict[str, Any]:
+    return {"name": name, "unit": unit or "1", "meaning": recipe.meanings.get(name, "")}
+
+
+def _plain(numbers: Any) -> list[float | str]:
+    """Return numbers as JSON has them; NaN and infinities as text."""
+    return [float(one) if math.isfinite(one) else str(float(one)) for one in numbers]
 
 
 def text_of(told: Mapping[str, Any], files: Mapping[str, bytes]) -> str:

@@ -1,6 +1,8 @@
 """Source of an export: guards against compilers that change bits, functions, `reset` and `step`."""
 
 import inspect
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +14,7 @@ from sdpgrind.codegen._translate.body import text_of
 from sdpgrind.codegen._translate.calls import LIBM
 from sdpgrind.codegen._translate.program import CProgram, Function
 from sdpgrind.codegen._translate.types import FLOAT64, Array, Scalar
-from sdpgrind.codegen._translate.values import Value
+from sdpgrind.codegen._translate.values import Value, double
 
 GUARDS = """\
 #if defined(__FAST_MATH__)
@@ -95,12 +97,13 @@ def source_of(recipe: Recipe, name: str, version: str) -> CSource:
 
 
 def constants_of(recipe: Recipe, program: CProgram) -> list[Value]:
-    """Return the constants of a recipe, under the names of the parameters of its step."""
+    """Return the constants of a recipe before the inputs, under the names of the parameters of its step."""
     names = list(inspect.signature(recipe.step.py_func).parameters)
-    wanted = 2 + len(recipe.law) + len(recipe.inputs)
+    wanted = 2 + len(recipe.law) + len(recipe.inputs) + len(recipe.after)
     if len(names) != wanted:
-        told = "step(state, *law, *inputs, out)"
+        told = "step(state, *law, *inputs, *after, out)"
         raise checks.refuse("step", f"{told}, of {wanted} parameters", f"{len(names)} of them")
+    program.comments = dict(recipe.tables)
     pairs = zip(recipe.law, names[1:], strict=False)
     return [program.constant(one, name) for one, name in pairs]
 
@@ -120,7 +123,10 @@ def _call(program: CProgram, kernel: Any, values: list[Value]) -> tuple[Function
 
 def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) -> tuple[Function, str]:
     inputs = [Value(f"in->{one}", FLOAT64) for one in recipe.inputs]
-    values = [_row("s", recipe.state.size), *constants, *inputs, _row("o", len(recipe.outputs))]
+    fixed = tuple((int(k), float(recipe.state[k])) for k in recipe.settings)
+    state = Value("s", Array(FLOAT64, (recipe.state.size,), (1,), fixed=fixed), root="s")
+    after = [program.constant(one, "") for one in recipe.after]
+    values = [state, *constants, *inputs, *after, _row("o", len(recipe.outputs))]
     function, call = _call(program, recipe.step, values)
     if not isinstance(function.result, Scalar) or function.result.c == "double":
         raise checks.refuse("step", "a kernel that returns a whole number, the status", function.result)
@@ -128,8 +134,8 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
     lines = [f"double s[{name.upper()}_STATE_SIZE];", f"double o[{len(recipe.outputs)}] = {{0.0}};"]
     lines += ["int32_t fault = 0;"] if function.faults else []
     lines.append("int32_t status;")
-    for one, finite in zip(recipe.inputs, recipe.finite, strict=True):
-        lines += [f"if (isfinite(in->{one}) == 0) {{", "    return -1;", "}"] if finite else []
+    for test in _outside(recipe):
+        lines += [f"if ({test}) {{", "    return -1;", "}"]
     lines += ["(void)memcpy(s, state->s, sizeof s);", f"status = (int32_t){call};"]
     if program.checked:
         fault = "fault = -3;" if function.faults else "return -3;"
@@ -147,6 +153,16 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
     lines += ["(void)memcpy(state->s, s, sizeof s);"] if changes else []
     lines += [f"out->{one} = o[{k}];" for k, one in enumerate(recipe.outputs)] + ["return status;"]
     return function, "\n".join(one if one.startswith("#") else "    " + one for one in lines)
+
+
+def _outside(recipe: Recipe) -> Iterator[str]:
+    """Return the tests of what is out of range; a NaN is neither below nor above."""
+    for one, finite, (low, high) in zip(recipe.inputs, recipe.finite, recipe.limits, strict=True):
+        tests = [f"isfinite(in->{one}) == 0"] if finite else []
+        tests += [f"in->{one} < {double(low)}"] if low > -math.inf else []
+        tests += [f"in->{one} > {double(high)}"] if high < math.inf else []
+        if tests:
+            yield tests[0] if len(tests) == 1 else " || ".join(f"({test})" for test in tests)
 
 
 def _reset(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) -> str:

@@ -14,6 +14,8 @@ ROWS = 512  # chosen: rows that are asked of a recipe
 BLOCKS, STEPS = 64, 1000  # chosen: digests of the long run, steps of each; half a second on a computer
 SEED = 88172645463325252  # source: Marsaglia (2003), Xorshift RNGs
 
+_GREATEST = (-1e308, 1e308)  # chosen: near the greatest doubles
+
 
 @dataclass(frozen=True)
 class Answers:
@@ -33,7 +35,6 @@ class LibrarySteps:
     def __post_init__(self) -> None:
         self.fresh = reset_state(self.recipe)
         self.state = self.fresh.copy()
-        self._finite = np.flatnonzero(self.recipe.finite)
 
     def take(self, rows: Floats, resets: Bools) -> Answers:
         """Return what follows on rows (m, inputs), the state going on from the rows before.
@@ -43,14 +44,14 @@ class LibrarySteps:
         count, recipe = len(rows), self.recipe
         states, codes = np.zeros((count, self.fresh.size)), np.full(count, -1)
         outputs = np.zeros((count, len(recipe.outputs)))
-        usable: Any = np.isfinite(rows[:, self._finite]).all(axis=1)
+        usable = recipe.usable(rows)
         step, law, work = recipe.step, recipe.law, self.state.copy()
         for k, (row, reset, good) in enumerate(zip(rows.tolist(), resets, usable, strict=True)):
             if reset:
                 self.state[:] = self.fresh
             if good:
                 work[:] = self.state
-                codes[k] = step(work, *law, *row, outputs[k])
+                codes[k] = step(work, *law, *row, *recipe.after, outputs[k])
                 if codes[k] >= 0:
                     self.state[:] = work
                 else:
@@ -90,10 +91,28 @@ def spread_of(recipe: Recipe) -> Floats:
 def rows_of(recipe: Recipe, rng: np.random.Generator, count: int) -> tuple[Floats, Bools]:
     """Return the rows of all chains of a recipe, and where chains begin."""
     chains = [one for one in recipe.chains(rng, count) if len(one)]
+    chains.append(bounds_of(recipe, chains[0]))
     rows = np.ascontiguousarray(np.concatenate(chains))
     resets = np.zeros(len(rows), dtype=bool)
     resets[np.cumsum([0, *map(len, chains[:-1])])] = True
     return rows, resets
+
+
+def bounds_of(recipe: Recipe, chain: Floats) -> Floats:
+    """Return inputs on both sides of each bound of each, infinite, and no numbers, among rows of a chain.
+
+    Rows of the chain stand between: a state that a row outside had changed would show there.
+    """
+    usual = chain[: max(len(chain) // 2, 1)]
+    rows: list[Floats] = []
+    for j, (low, high) in enumerate(recipe.limits):
+        ends = (low, high, np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
+        for value in (*ends, -np.inf, np.inf, *_GREATEST, np.nan):
+            row = usual[len(rows) % len(usual)].copy()
+            rows.append(row.copy())
+            row[j] = value
+            rows.append(row)
+    return np.array(rows)
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,12 @@
 """Descriptions of an FMU in XML: ``modelDescription.xml`` and ``buildDescription.xml``."""
 
+import math
 from collections.abc import Sequence
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from sdpgrind.codegen._fmi.base_units import base_unit
-from sdpgrind.codegen._fmi.variables import UnitVariable, variables_of
+from sdpgrind.codegen._fmi.variables import UnitVariable, first_value, variables_of
 from sdpgrind.codegen._recipe import Recipe
 
 _SAMPLES = 500  # chosen: steps of the default experiment; some masters lengthen steps beyond 1000
@@ -94,11 +95,14 @@ def _variable(parent: Element, one: UnitVariable, name: str) -> None:
     state |= {"initial": "calculated"} if one.causality == "output" else {}
     told = SubElement(SubElement(parent, "ScalarVariable", about | state), one.type)
     if one.causality == "input":
-        told.set("start", "true" if one.type == "Boolean" else "0.0")
+        told.set("start", "true" if one.type == "Boolean" else repr(first_value(*one.limits)))
     if one.type == "Enumeration":
         told.set("declaredType", f"{name}_status")
     elif one.unit not in ("", "1"):
         told.set("unit", one.unit)
+    for name, value in zip(("min", "max"), one.limits, strict=True):
+        if one.type == "Real" and math.isfinite(value):
+            told.set(name, repr(value))
 
 
 def _structure(parent: Element, variables: Sequence[UnitVariable]) -> None:

@@ -96,6 +96,7 @@ static void start_anew(unit *self)
     (void)memset(&self->now, 0, sizeof self->now);
     for (k = 0; k < INPUTS; k++) {
         self->now.valid[k] = 1.0;
+        self->now.inputs[k] = first_inputs[k];
     }
     UNIT_RESET(&self->now.state);
 }

@@ -2,7 +2,7 @@
 
 from importlib.resources import files
 
-from sdpgrind.codegen._fmi.variables import first_flag, status_reference
+from sdpgrind.codegen._fmi.variables import first_flag, first_value, status_reference
 from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._translate.values import double
 
@@ -38,6 +38,7 @@ typedef {name}_state unit_state;
 #define STATUS_REFERENCE {status}
 
 static const int may_be_missing[INPUTS] = {{{missing}}};
+static const double first_inputs[INPUTS] = {{{first}}};
 
 """
 
@@ -48,5 +49,6 @@ def unit_source(recipe: Recipe, name: str, guid: str) -> str:
         name=name, upper=name.upper(), guid=guid, period=double(recipe.period or 0.0),
         inputs=len(recipe.inputs), outputs=len(recipe.outputs), flags=first_flag(recipe),
         status=status_reference(recipe), missing=", ".join(str(int(not one)) for one in recipe.finite),
+        first=", ".join(double(first_value(*one)) for one in recipe.limits),
     )  # fmt: skip
     return top + files("sdpgrind.codegen._fmi").joinpath("shell.c").read_text(encoding="ascii")

@@ -1,5 +1,6 @@
 """Variables of an FMU: inputs, flags of readings, outputs and status, each with its value reference."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -26,6 +27,7 @@ class UnitVariable:
     reference: int
     description: str
     unit: str = ""
+    limits: tuple[float, float] = (-math.inf, math.inf)
 
 
 def variables_of(recipe: Recipe) -> list[UnitVariable]:
@@ -40,8 +42,8 @@ def variables_of(recipe: Recipe) -> list[UnitVariable]:
 def _inputs(recipe: Recipe) -> Iterator[UnitVariable]:
     for k, (name, unit) in enumerate(recipe.inputs.items()):
         missing = name in recipe.missing
-        told = f"{words(name)}; no reading where {name}{_FLAG} is false" if missing else words(name)
-        yield UnitVariable(name, "Real", "input", k, told, unit)
+        told = meaning(recipe, name) + (f"; no reading where {name}{_FLAG} is false" if missing else "")
+        yield UnitVariable(name, "Real", "input", k, told, unit, recipe.limits[k])
         if missing:
             told = f"whether {name} is a reading"
             yield UnitVariable(f"{name}{_FLAG}", "Boolean", "input", first_flag(recipe) + k, told)
@@ -49,11 +51,15 @@ def _inputs(recipe: Recipe) -> Iterator[UnitVariable]:
 
 def _outputs(recipe: Recipe) -> Iterator[UnitVariable]:
     for k, (name, unit) in enumerate(recipe.outputs.items()):
-        yield UnitVariable(
-            name, "Real", "output", len(recipe.inputs) + k, f"{words(name)}; 0 before the first step", unit
-        )
+        told = f"{meaning(recipe, name)}; 0 before the first step"
+        yield UnitVariable(name, "Real", "output", len(recipe.inputs) + k, told, unit)
     told = "result of the last step; 0 before the first"
     yield UnitVariable(STATUS, "Enumeration", "output", status_reference(recipe), told)
+
+
+def first_value(low: float, high: float) -> float:
+    """Return the start of an input: 0, or the nearest value in range."""
+    return min(max(0.0, low), high)
 
 
 def first_flag(recipe: Recipe) -> int:
@@ -66,6 +72,6 @@ def status_reference(recipe: Recipe) -> int:
     return first_flag(recipe) + len(recipe.inputs)
 
 
-def words(name: str) -> str:
-    """Return a name as words."""
-    return name.replace("_", " ")
+def meaning(recipe: Recipe, name: str) -> str:
+    """Return what an input or output is, as far as that is told: else its name as words."""
+    return recipe.meanings.get(name) or name.replace("_", " ")

@@ -1,7 +1,7 @@
 """Check of an export: compiled by each compiler at each level, against the library, on many steps."""
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._files import vector_kernels
 from sdpgrind.codegen._files.vectors import ROWS, Answers, LibrarySteps, Varied, rows_of
 from sdpgrind.codegen._proof import compilers
-from sdpgrind.codegen._proof.library import Library
+from sdpgrind.codegen._proof.builds import Builds
 from sdpgrind.codegen._recipe import Recipe
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3")
@@ -54,13 +54,18 @@ class ExportCheck:
     status : str
         "equal", "differs", or "not run" where no compiler was found.
     states : int
-        Steps of each build.
+        Steps of each build but those that `steps` names with fewer.
     builds : dict of str to int
         Compiler and level to the number of steps that differ.
     missing : tuple of str
-        Compilers that were not found.
+        Compilers, sanitizers and emulators that were not found, and processors that were left out as their C
+        library has bits of its own.
     first : Difference or None
         First step that differs.
+    steps : dict of str to int
+        Steps of each build; fewer under sanitizers and emulators, which are slow.
+    stack : dict of str to int
+        Bytes of stack of a step by gcc's own count, by level; the manifest's estimate is to be above.
     """
 
     status: str
@@ -68,6 +73,8 @@ class ExportCheck:
     builds: dict[str, int] = field(default_factory=dict)
     missing: tuple[str, ...] = ()
     first: Difference | None = None
+    steps: dict[str, int] = field(default_factory=dict)
+    stack: dict[str, int] = field(default_factory=dict)
 
     @property
     def differing(self) -> int:
@@ -82,35 +89,43 @@ class ExportCheck:
 def checked(
     recipe: Recipe,
     folder: Path,
-    name: str,
+    manifest: Mapping[str, Any],
     states: int,
     names: Sequence[str],
     levels: Sequence[str],
+    targets: Sequence[str],
     rng: Seed,
 ) -> ExportCheck:
     """Compare all builds with the library on varied inputs of the recipe."""
-    there, missing = compilers.found(names)
-    sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
-    counts: dict[str, int] = {}
-    first: Difference | None = None
     with tempfile.TemporaryDirectory() as kept:
-        builds = {}
+        made = Builds(recipe, folder, Path(kept), str(manifest["name"]), manifest["libm"])
+        there, missing = compilers.found(names)
         for compiler in there:
             for level in levels:
-                build = f"{compiler} {level}"
-                place = Path(kept) / build.replace(" ", "").replace("/", "_")
-                place.mkdir()
-                builds[build] = Library(folder, place, name, sizes, compiler, *level.split())
-                counts[build] = 0
-        for begin, rows, wanted in _expected(recipe, states if builds else 0, rng):
-            for build, library in builds.items():
-                found = library.take(*rows)
-                wrong = _wrong(found, wanted)
-                counts[build] += int(wrong.sum())
-                if first is None and wrong.any():
-                    first = _difference(build, begin, int(np.argmax(wrong)), rows[0], found, wanted)
+                made.add_library(compiler, level)
+        missing += made.add_targets(there, targets)
+        counts, first = _compared(recipe, made, states, rng)
+        stack = made.stack(levels) if "gcc" in there else {}
     status = "not run" if not counts else "differs" if sum(counts.values()) else "equal"
-    return ExportCheck(status, states if counts else 0, counts, tuple(missing), first)
+    steps = {build: int(min(states, most)) for build, most in made.most.items()}
+    return ExportCheck(status, states if counts else 0, counts, tuple(missing), first, steps, stack)
+
+
+def _compared(
+    recipe: Recipe, made: Builds, states: int, rng: Seed
+) -> tuple[dict[str, int], Difference | None]:
+    """Return the number of steps that differ, by build, and the first of them."""
+    counts, first = dict.fromkeys(made.builds, 0), None
+    for begin, rows, wanted in _expected(recipe, states if made.builds else 0, rng):
+        for build, runner in made.builds.items():
+            if begin >= made.most[build]:
+                continue
+            found = runner.take(*rows)
+            wrong = _wrong(found, wanted)
+            counts[build] += int(wrong.sum())
+            if first is None and wrong.any():
+                first = _difference(build, begin, int(np.argmax(wrong)), rows[0], found, wanted)
+    return counts, first
 
 
 def _expected(recipe: Recipe, states: int, rng: Seed) -> Iterator[tuple[int, tuple[Floats, Bools], Answers]]:

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,6 +23,16 @@ def compiled(compiler: str, sources: Sequence[Path], out: Path, *flags: str) -> 
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{compiler} refused the export: {done.stderr.strip()}")
+
+
+def links(compiler: str, *flags: str) -> bool:
+    """Whether a program is built and runs with these flags: libraries of sanitizers come apart."""
+    with tempfile.TemporaryDirectory() as kept:
+        source, program = Path(kept) / "empty.c", Path(kept) / "empty"
+        source.write_text("int main(void)\n{\n    return 0;\n}\n")
+        command = [compiler, *flags, str(source), "-o", str(program)]
+        built = subprocess.run(command, capture_output=True, check=False).returncode == 0
+        return built and subprocess.run([str(program)], capture_output=True, check=False).returncode == 0
 
 
 def needed(compiler: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from sdpgrind.codegen._proof.compilers import needed
 from sdpgrind.codegen._proof.library import Library
-from sdpgrind.codegen._recipe import Recipe
+from sdpgrind.codegen._recipe import Recipe, shown
 
 
 class CompiledController:
@@ -45,6 +45,7 @@ class CompiledController:
         self.period, self.status = recipe.period, 0
         self._inputs, self._outputs = np.zeros(len(recipe.inputs)), np.zeros(len(recipe.outputs))
         self.state = np.zeros(recipe.state.size)
+        self._taken: tuple[dict[str, float], dict[str, float]] = {}, {}
         self.reset()
 
     def __deepcopy__(self, memo: object) -> Self:
@@ -64,6 +65,11 @@ class CompiledController:
         return recipe.outputs if recipe.commands is None else recipe.commands
 
     @property
+    def reports(self) -> Mapping[str, str]:
+        """Name of each report to its unit."""
+        return self._recipe.reports
+
+    @property
     def job(self) -> Mapping[str, object]:
         """Part and machine (mm, s, N) of the thing that was exported."""
         return self._recipe.job
@@ -75,8 +81,13 @@ class CompiledController:
 
     @property
     def stands_for(self) -> str:
-        """Class of the thing that was exported, for the log; text, no unit."""
-        return self._recipe.kind
+        """Class of the controller that steps so, for the log; text, no unit."""
+        return self._recipe.stands_for or self._recipe.kind
+
+    @property
+    def tier(self) -> str:
+        """Name of its table in the log; text, no unit."""
+        return self._recipe.tier
 
     def reset(self) -> None:
         """Start the next part."""
@@ -84,12 +95,12 @@ class CompiledController:
         self._library.reset(self.state)
 
     def step(self, **measurement: Any) -> dict[str, Any]:
-        """Return the outputs by name, in their units; an input (mm, s, N ...) that is not given is NaN.
+        """Return the outputs by name, in their units (mm, s, N ...).
 
         Parameters
         ----------
         **measurement
-            Inputs by name; others are not used.
+            Inputs by name; one that is not given is its default, or NaN. Others are not used.
 
         Raises
         ------
@@ -97,13 +108,27 @@ class CompiledController:
             When the C returns a status below 0.
         """
         for k, name in enumerate(self._recipe.inputs):
-            self._inputs[k] = float(measurement.get(name, np.nan))
+            self._inputs[k] = float(measurement.get(name, self._recipe.defaults.get(name, np.nan)))
         self.status = self._library.step(self.state, self._inputs, self._outputs)
         if self.status < 0:
-            given = ", ".join(
-                f"{name}={value:g}" for name, value in zip(self._recipe.inputs, self._inputs, strict=False)
-            )
-            raise ValueError(f"inputs must be within their range (status {self.status}); got {given}")
+            raise ValueError(self._refusal())
         found = dict(zip(self._recipe.outputs, self._outputs.tolist(), strict=True))
+        self._taken = dict(zip(self._recipe.inputs, self._inputs.tolist(), strict=True)), dict(found)
         told = self._recipe.answer
         return found if told is None else told(self.status, found)
+
+    def report(self) -> dict[str, float]:
+        """Return what the plan expects of the last step (mm, $ ...): from the library, not from the C."""
+        told = self._recipe.report
+        return {} if told is None or self.status < 0 else told(self.status, *self._taken)
+
+    def _refusal(self) -> str:
+        """Say what was handed over, and the range of each input."""
+        recipe = self._recipe
+        told = []
+        for (name, unit), (low, high), value in zip(
+            recipe.inputs.items(), recipe.limits, self._inputs, strict=True
+        ):
+            missing = " or NaN" if name in recipe.missing else ""
+            told.append(f"{name}={value:g} ({shown(low)} to {shown(high)} {unit or '1'}{missing})")
+        return f"inputs must be within their range (status {self.status}); got {', '.join(told)}"

@@ -37,6 +37,12 @@ void {name}_many({name}_state *state, int64_t count, const double *rows, const u
 """
 
 
+def many_steps(name: str, sizes: tuple[int, int, int]) -> str:
+    """Return the C of a loop over rows, for numbers of inputs, outputs and entries of the state."""
+    inputs, outputs, states = sizes
+    return _MANY.format(name=name, inputs=inputs, outputs=outputs, states=states)
+
+
 class Library:
     """Functions of an export, compiled into a folder.
 
@@ -53,14 +59,13 @@ class Library:
     ):
         self.name, self._sizes = name, sizes
         driver, built = folder / f"{name}_many.c", folder / f"{name}.so"
-        inputs, outputs, states = sizes
-        driver.write_text(_MANY.format(name=name, inputs=inputs, outputs=outputs, states=states))
+        driver.write_text(many_steps(name, sizes))
         include = f"-I{source}"
         compiled(compiler, [source / f"{name}.c", driver], built, "-shared", "-fPIC", include, *flags)
         self._library = ctypes.CDLL(str(built))
         self._step = getattr(self._library, f"{name}_step")
         self._step.restype = ctypes.c_int32
-        self.state = np.zeros(states)
+        self.state = np.zeros(sizes[2])
         self.reset(self.state)
 
     def reset(self, state: Floats) -> None:

@@ -10,7 +10,17 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from sdpgrind.codegen._translate.refusals import KernelSource
-from sdpgrind.codegen._translate.types import Array, Known, Nothing, RowType, Tuple, Type, size_of, unified
+from sdpgrind.codegen._translate.types import (
+    FLOAT32,
+    Array,
+    Known,
+    Nothing,
+    RowType,
+    Tuple,
+    Type,
+    size_of,
+    unified,
+)
 from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, Value, cast, literal, within
 
 
@@ -208,6 +218,8 @@ class Body(ABC):
             return Value("", kind, items=tuple(items))
         found = cast(value, kind)
         if found is None:
+            if value.type == FLOAT32:
+                raise self.refused(node, "arithmetic of four-byte floats", "write np.float64(...)")
             raise self.refused(node, "a conversion that loses digits", "write int(...) or float(...)")
         return found
 

@@ -39,15 +39,14 @@ _OWN = {
 static double @power(double x, int64_t exponent)
 {
     double result = 1.0;
-    int64_t rest = (exponent < 0) ? -exponent : exponent;
-    while (rest != 0) {
-        if ((rest & 1) != 0) {
+    while (exponent != 0) {
+        if ((exponent & 1) != 0) {
             result *= x;
         }
-        rest >>= 1;
+        exponent >>= 1;
         x *= x;
     }
-    return (exponent < 0) ? (1.0 / result) : result;
+    return result;
 }""",
     "quotient": """/* rounded down; by 0: 0 */
 static int64_t @quotient(int64_t a, int64_t b)

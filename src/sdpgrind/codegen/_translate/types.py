@@ -22,11 +22,12 @@ class Scalar:
 
 BOOL, INT8, INT16 = Scalar("bool", 1, 0), Scalar("int8_t", 1, 1), Scalar("int16_t", 2, 2)
 INT32, INT64, FLOAT64 = Scalar("int32_t", 4, 3), Scalar("int64_t", 8, 4), Scalar("double", 8, 5)
+FLOAT32 = Scalar("float", 4, 6)  # of tables only, above all others: nothing is converted from it unasked
 ELEMENTS = {
     np.dtype(name): kind
     for name, kind in zip(
-        ("bool", "int8", "int16", "int32", "int64", "float64"),
-        (BOOL, INT8, INT16, INT32, INT64, FLOAT64),
+        ("bool", "int8", "int16", "int32", "int64", "float32", "float64"),
+        (BOOL, INT8, INT16, INT32, INT64, FLOAT32, FLOAT64),
         strict=True,
     )
 }
@@ -36,13 +37,15 @@ ELEMENTS = {
 class Array:
     """Elements with extents and strides in elements; an extent of None: not known, for indexing only.
 
-    With `bits` the elements are doubles, and what is read are their bits as int64.
+    With `bits` the elements are doubles, and what is read are their bits as int64. `fixed`: elements that
+    never change, with their numbers; a view of a part has none.
     """
 
     element: Scalar
     shape: tuple[int | None, ...]
     strides: tuple[int, ...]
     bits: bool = False
+    fixed: tuple[tuple[int, float], ...] = ()
 
     @property
     def dense(self) -> bool:
@@ -60,9 +63,10 @@ def dense(shape: tuple[int | None, ...]) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class RowType:
-    """A row of doubles with names."""
+    """A row of doubles with names; `fixed` as of `Array`."""
 
     dtype: RecordType
+    fixed: tuple[tuple[int, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,8 @@ def unified(first: Type, second: Type) -> Type | None:
     """Return the type of a variable that takes values of both types; None: there is none."""
     if first == second:
         return first
+    if FLOAT32 in (first, second):
+        return None
     if isinstance(first, Scalar) and isinstance(second, Scalar):
         wide = first if first.rank > second.rank else second
         return INT64 if wide != FLOAT64 else FLOAT64
@@ -123,6 +129,7 @@ _OF_NUMBA = {
     INT16: of_numba.int16,
     INT32: of_numba.int32,
     INT64: of_numba.int64,
+    FLOAT32: of_numba.float32,
     FLOAT64: of_numba.float64,
 }
 
@@ -144,7 +151,7 @@ def to_numba(kind: Type) -> Any:
 
 def same_result(kind: Type, result: Any) -> bool:
     """Whether a type is that of numba, of whatever layout its arrays and width its whole numbers are."""
-    if isinstance(kind, Scalar) and kind not in (BOOL, FLOAT64):
+    if isinstance(kind, Scalar) and kind not in (BOOL, FLOAT32, FLOAT64):
         return isinstance(of_numba.unliteral(result), of_numba.Integer)
     if isinstance(kind, Array):
         return isinstance(result, of_numba.Array) and result.dtype == to_numba(kind).dtype

@@ -1,12 +1,14 @@
 """Values of expressions in C, and numbers as literals."""
 
 import math
+import textwrap
 from dataclasses import dataclass
 
-from sdpgrind.codegen._translate.types import BOOL, FLOAT64, INT64, Known, Scalar, Type
+from sdpgrind.codegen._translate.types import BOOL, FLOAT32, FLOAT64, INT64, Known, Scalar, Type
 
 LOWEST, SUM, PRODUCT, PRIMARY = range(4)
 """How tightly the text of a value binds."""
+_WIDTH = 100  # chosen: characters of a line of a comment
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,19 @@ def double(number: float) -> str:
     return repr(float(number))
 
 
+def widened(value: Value) -> Value:
+    """Return a float of four bytes as a double; others as they are."""
+    return Value(f"(double){within(value, PRIMARY)}", FLOAT64, PRODUCT) if value.type == FLOAT32 else value
+
+
+def comment(text: str, indent: str = "") -> str:
+    """Return a text as a comment, of several lines where it is long."""
+    lines = textwrap.wrap(text.replace("*/", "* /"), _WIDTH)
+    if len(lines) == 1:
+        return f"{indent}/* {lines[0]} */"
+    return "\n".join([f"{indent}/*", *(f"{indent} * {line}" for line in lines), f"{indent} */"])
+
+
 def known(thing: object) -> Value:
     """Return a thing that exists while translating only."""
     return Value("", Known(thing))
@@ -84,6 +99,8 @@ def cast(value: Value, kind: Type) -> Value | None:
     if value.type == kind:
         return value
     if not (isinstance(kind, Scalar) and isinstance(value.type, Scalar)) or kind.rank < value.type.rank:
+        return None
+    if kind == FLOAT32:
         return None
     if value.number is not None and value.type in (BOOL, INT64):
         return literal(float(value.number) if kind == FLOAT64 else int(value.number), value.note)

@@ -23,8 +23,23 @@ _NAMED = (
     "obs_torque",
     "path_time",
 )
+_MEANINGS = {
+    "motor_angle": "angle of the motor, growing as it turns the tool into the contact",
+    "path_time": "time along the motion that plays, from its start",
+    "current": "current to command, > 0 presses the tool onto the part",
+    "feed_override": "0 while the motion waits for the contact to settle, 1 while it plays",
+    "start_motion": "1 in the first step: the motion is to be handed to the robot, else 0",
+}
+_TABLES = {
+    "law": "law of the controller, by entry: " + ", ".join(LAW.names or ()),
+    "time": "times of the torque reference, s",
+    "torque": "torque reference at these times, N m",
+}
+_ANGLE_MAX, _TIME_MAX = 1e6, 1e6  # chosen: rad, s; 160 000 turns; 12 days
 _CHAINS = 12  # chosen: parts of the self-test
 _SIZES = (0.02, 0.3, 1.0, 3.0, 30.0)  # chosen: movements over the deflection under the force
+
+_RANGES = {"motor_angle": (-_ANGLE_MAX, _ANGLE_MAX), "path_time": (-_TIME_MAX, _TIME_MAX)}
 
 
 def recipe_of(law: TorqueLaw, profile: Any, period: float) -> Recipe:
@@ -43,6 +58,9 @@ def recipe_of(law: TorqueLaw, profile: Any, period: float) -> Recipe:
         law=(law.parameters, law.time, law.torque),
         state=law.start,
         missing=tuple(inputs),
+        ranges={name: _RANGES[name] for name in inputs},
+        meanings={name: _MEANINGS[name] for name in (*inputs, *outputs)},
+        tables=_TABLES,
         period=period,
         places=dict(zip(_NAMED, places(CONTROLLER, *_NAMED), strict=True)),
         equations="Wang and Jan (2001), (6), (8), (9) corrected; LQG, damping: docs of finishing.torque.",

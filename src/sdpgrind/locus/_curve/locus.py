@@ -24,6 +24,7 @@ from sdpgrind.locus._trace.trace import ROUNDING, Tracer
 
 if TYPE_CHECKING:
     from sdpgrind.base.sheets.blocks import AmountTable
+    from sdpgrind.codegen import Recipe
     from sdpgrind.locus._curve.inversion import Inversion
     from sdpgrind.locus._path.stretch import Stretch
     from sdpgrind.locus._trace.table import LocusTable
@@ -244,6 +245,10 @@ class Locus(Plan):
         from sdpgrind.locus._curve.tables import table
 
         return table(self, key, points)
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it: its table by the hidden state."""
+        return self.table().__export__()
 
     def inversion(self, response: str | None = None, *, points: int = 200) -> "Inversion":
         """Return the compiled map from a response at any controls to hidden state and optimal controls.

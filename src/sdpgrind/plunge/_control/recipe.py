@@ -15,6 +15,14 @@ from sdpgrind.plunge._model.model import PlungeModel
 
 INPUTS = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
 OUTPUTS = {"command_rate": "mm/s", "balancing": ""}
+_MEANINGS = {
+    "size": "radial stock removed as the gauge shows it: 0 at the start, growing as the part shrinks",
+    "grinding_power": "power as the monitor shows it, idle power included, > 0 while the wheel turns",
+    "power_saturated": "not 0 where the power meter is at its end: the power is then not used",
+    "command_rate": "infeed rate to command, > 0 into the part, < 0 away from it; 0 with the status retract",
+    "balancing": "1 while depth of burning and remaining stock are held in balance, else 0",
+}
+_POWER_MAX = 1e6  # chosen: W; no grinding spindle has a megawatt
 _PLACES = {
     name: getattr(at, name.upper())
     for name in (
@@ -49,7 +57,15 @@ def recipe_of(law: Floats, model: PlungeModel, period: float, kind: str) -> Reci
         law=(law,),
         state=np.zeros(at.STATES),
         start=start_control,
-        missing=tuple(INPUTS),
+        missing=("size", "grinding_power"),
+        defaults={"power_saturated": 0.0},
+        ranges={
+            "size": (-model.work_diameter, model.work_diameter),
+            "grinding_power": (-_POWER_MAX, _POWER_MAX),
+            "power_saturated": (0.0, 1.0),
+        },
+        meanings=_MEANINGS,
+        tables={"parameters": "law of the controller, by entry: " + ", ".join(at.LAW.names or ())},
         period=period,
         status=("go on", "retract"),
         places=_PLACES,

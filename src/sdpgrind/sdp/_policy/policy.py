@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import nan
 from types import MappingProxyType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,9 @@ from sdpgrind.sdp._problem.layout import Layout
 from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.kinks import Kinks
 from sdpgrind.sdp._solve.stages import TABLES, StageTable
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe, TablesAsked
 
 _NUMBERS = (float, int)  # types of a single coordinate
 # measured: over the estimate the error by the levels was at most 3.0 in 220 random problems of shifts with 6
@@ -244,6 +247,18 @@ class Policy(Solution, Plan):
             np.gradient(value, x, axis=k + 2, edge_order=2) for k, x in enumerate(self.grid.coordinates)
         ]
         return [slope.reshape(self.table.value.shape) for slope in slopes]
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it."""
+        from sdpgrind.codegen import TablesAsked
+
+        return self.__export_tables__(TablesAsked())
+
+    def __export_tables__(self, asked: "TablesAsked") -> "Recipe":
+        """Return the same with tables as asked: rounded, without the gap ($), with the value ($)."""
+        from sdpgrind.sdp._policy.recipe import recipe_of
+
+        return recipe_of(self, asked)
 
     # -- predicting --------------------------------------------------------------------------------
 

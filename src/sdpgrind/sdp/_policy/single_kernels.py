@@ -73,16 +73,21 @@ def _position(axis, nodes, x, even):
 
 
 @compiled(error_model="numpy", inline="always")
-def _place(frame, shape, at, mode, time, x, y, z, evens, index):
+def _located(frame, shape, time, x, y, z, evens, index):
     """Fill `index` (axes, 1) by the position; return the slice, and how the state is found."""
     row, state = _row_of(frame[0], time), FOUND
     for k in range(shape.size):
         raw = x if k == 0 else (y if k == 1 else z)
         index[k, 0], here = _position(frame[1 + k], shape[k], raw, evens[k])
         state = max(state, here)
-    if row < 0:
-        state = REFUSED
-    elif state == FOUND and at.shape[2] > 0:
+    return row, REFUSED if row < 0 else state
+
+
+@compiled(error_model="numpy", inline="always")
+def _place(frame, shape, at, mode, time, x, y, z, evens, index):
+    """`_located`, and UNREAD in a cell whose lines are not known."""
+    row, state = _located(frame, shape, time, x, y, z, evens, index)
+    if state == FOUND and at.shape[2] > 0:
         number, _, _ = _crossing(at, row, mode, index[0, 0], shape[0])
         state = UNREAD if number == CELL_UNREAD else FOUND
     return row, state

@@ -109,15 +109,15 @@ def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: StageTab
     found_rows = policy_rows(problem, grid, best, table.control[0], table.entry[0])
     for mode, node, rows in found_rows:
         rest[mode * grid.size + node] = rows.charge + rows.stopped * stops.level()[rows.mode]
-    step = _transitions(found_rows, grid, size)
-    found = _solve(step, rest, value.ravel())
+    step = transitions(found_rows, grid, size)
+    found = settled(step, rest, value.ravel())
     good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(
         1.0, np.max(np.abs(found))
     )
     return found.reshape(value.shape) if good else value
 
 
-def _transitions(found: list[tuple[Any, Any, Rows]], grid: Grid, size: int) -> Any:
+def transitions(found: list[tuple[Any, Any, Rows]], grid: Grid, size: int) -> Any:
     """Sparse matrix of one step of a policy over all (mode, node); empty rows where it stops."""
     step = sparse.csr_array((size, size))
     for mode, node, rows in found:
@@ -133,7 +133,7 @@ def _refuse_idle(problem: Problem, grid: Grid, table: StageTable) -> None:
     """Raise if the best policy never ends: moves without charge or progress look cheaper than any stop."""
     best = table.best[0]
     found = policy_rows(problem, grid, best, table.control[0], table.entry[0])
-    step = _transitions(found, grid, best.size)
+    step = transitions(found, grid, best.size)
     away = np.asarray(step.sum(axis=1)) > 1 - 1e-12
     while True:
         now = away & ~(step @ (~away).astype(float) > 1e-15)
@@ -155,7 +155,8 @@ def _place(problem: Problem, grid: Grid, mode: int, node: int) -> str:
     return (where or "its start") + (f", mode {problem.modes[mode]!r}" if len(problem.modes) > 1 else "")
 
 
-def _solve(step: Any, rest: Floats, start: Floats) -> Floats:
+def settled(step: Any, rest: Floats, start: Floats) -> Floats:
+    """Return the solution ($) of value = rest + step value, NaN where there is none; `start`: near it."""
     if start.size <= DIRECT:
         try:
             return np.asarray(splu(sparse.csc_array(sparse.eye_array(start.size) - step)).solve(rest))

@@ -1,5 +1,6 @@
 """Costs of single moves from any points, followed by the policy."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,18 +35,38 @@ class Steps:
         self, move: int, row: Ints, mode: Ints, points: tuple[Floats, ...], entry: Any, control: Floats
     ) -> Floats:
         """Return the cost ($) of one move from points in slices (row, mode); infinite where not allowed."""
+        return self.costs((self.value,), move, row, mode, points, entry, control)[0]
+
+    def costs(
+        self,
+        values: Sequence[Floats],
+        move: int,
+        row: Ints,
+        mode: Ints,
+        points: tuple[Floats, ...],
+        entry: Any,
+        control: Floats,
+    ) -> Floats:
+        """Return [value, point]: `cost` ($) with each of several values-to-go [row, mode, node] after it."""
         together = max(1, TOGETHER // max(1, self.grid.size))
-        cost = np.empty(row.size)
+        cost = np.empty((len(values), row.size))
         for k in range(0, row.size, together):
             some = slice(k, k + together)
             told = mode[some] if len(self.problem.modes) > 1 else None
-            cost[some] = self._cost(
-                move, row[some], told, tuple(x[some] for x in points), entry[some], control[some]
+            cost[:, some] = self._costs(
+                values, move, row[some], told, tuple(x[some] for x in points), entry[some], control[some]
             )
         return cost
 
-    def _cost(
-        self, move: int, row: Ints, mode: Any, points: tuple[Floats, ...], entry: Any, control: Floats
+    def _costs(
+        self,
+        values: Sequence[Floats],
+        move: int,
+        row: Ints,
+        mode: Any,
+        points: tuple[Floats, ...],
+        entry: Any,
+        control: Floats,
     ) -> Floats:
         menu, count = Menu(self.problem, self.grid, move), self.countdown
         rows: Rows = menu.move.to.rows(
@@ -54,7 +75,7 @@ class Steps:
         extra = (
             np.asarray(self.layout.edge_extra) if self.layout.edge_extra else np.zeros(len(self.layout.modes))
         )
-        cost = np.full(row.shape, np.inf)
+        cost = np.full((len(values), *row.shape), np.inf)
         for one in np.unique(row):
             end = count.arrival(int(one), menu.move.duration)
             if end is None:
@@ -62,5 +83,6 @@ class Steps:
             # The base lacks the late charge of the time at which it is used.
             used = float(count.late(count.lowest * count.step)) if count.in_base(one) else 0.0
             here = row == one
-            cost[here] = rows.select(here).expect(self.value[end.row] + end.lacks, extra + end.late) - used
+            some, level = rows.select(here), extra + end.late
+            cost[:, here] = [some.expect(value[end.row] + end.lacks, level) - used for value in values]
         return cost

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.sdp.kernels import OUTSIDE, act_linear_at
+from sdpgrind.sdp.kernels import OUTSIDE, act_linear_at, act_small_at, tell_small_at
 
 
 @compiled(error_model="numpy")
@@ -24,3 +24,25 @@ def next_pass_at(
         return 1
     out[0], out[1], out[2] = durations[move], feeds[move], force
     return 0
+
+
+@compiled(error_model="numpy")
+def next_pass_small_at(state, table, durations, feeds, height, time_left, out):
+    """`next_pass_at` with small tables, without the gap."""
+    found, move, force = act_small_at(table, 0, time_left, height, 0.0, 0.0)
+    if found > OUTSIDE:
+        return -1
+    out[0], out[1], out[2] = 0.0, np.nan, np.nan
+    if move < 0:
+        return 1
+    out[0], out[1], out[2] = durations[move], feeds[move], force
+    return 0
+
+
+@compiled(error_model="numpy")
+def next_pass_told_at(state, table, told, durations, feeds, height, time_left, out):
+    """`next_pass_small_at` with what `told` tells beside the pass: gap, value, $."""
+    status = next_pass_small_at(state, table, durations, feeds, height, time_left, out)
+    if status >= 0:
+        tell_small_at(table, told, 0, time_left, height, 0.0, 0.0, out[3:])
+    return status

@@ -32,7 +32,7 @@ from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
 from sdpgrind.weldbead.sequence._simplified import HEIGHTS, covered, followed
 
 if TYPE_CHECKING:
-    from sdpgrind.codegen import Recipe
+    from sdpgrind.codegen import Recipe, TablesAsked
 
 _PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
 _KNOWN = "sdpgrind.weldbead.sequence._known_beads:known_beads"
@@ -149,6 +149,12 @@ class SequencePolicy(Plan):
         from sdpgrind.weldbead.sequence._recipe import recipe_of
 
         return recipe_of(self, self._durations, self._feeds)
+
+    def __export_tables__(self, asked: "TablesAsked") -> "Recipe":
+        """Return the same with tables as asked: rounded, without the gap ($), with the value ($)."""
+        from sdpgrind.weldbead.sequence._small_recipe import small_recipe_of
+
+        return small_recipe_of(self, self._durations, self._feeds, asked)
 
     def gradient(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
         """Return the derivative of the expected penalty by height, $/mm; see `value` for the arguments."""

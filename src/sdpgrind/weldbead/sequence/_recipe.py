@@ -1,5 +1,7 @@
 """What is exported of a planned sequence: its look-up, the table, states that reach every cell."""
 
+from functools import partial
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -7,9 +9,33 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe
+from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._look_up_kernels import next_pass_at
 
 _OUTPUTS = {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "gap": "$"}
+_MEANINGS = {
+    "height": "mean height of the bead above the base, mm to be ground off; < 0: ground into the base",
+    "time_left": "time to the deadline; < 0: late",
+    "duration": "time of the next pass; 0 with the status stop",
+    "feed_rate": "feed along the bead of the next pass; NaN with the status stop",
+    "normal_force": "force of the disc onto the bead of the next pass; NaN with the status stop",
+    "gap": "extra expected penalty of the best other duration, or of stopping; infinite where there is none",
+}
+_TABLES = {
+    "frame": "first row: length of a stage (s), stages, first and lowest slice, whether late ones have one,"
+    " endless; second row, height: origin, spacing (mm), logarithmic, ends (mm), what is done beyond them",
+    "shape": "nodes of the height",
+    "best": "move at each node: slice, mode, height; < 0: stop",
+    "entry": "place of the force in the list of the move, at each node",
+    "control": "force at each node, N",
+    "gap": "penalty of the best other move less that of the best, at each node, $",
+    "at": "number of the cell in which the move changes, or -1: slice, mode, cell of the height",
+    "start": "first line of each such cell, and the end",
+    "lines": "cost of a move at both ends of such a cell ($), its force at both (N), move, place in its list",
+    "durations": "duration of each move, s",
+    "feeds": "feed of each move, mm/s",
+}
+_LEAST = -1e9  # chosen: mm, s; below the table grinding stops, late is late
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 
 
@@ -30,13 +56,23 @@ def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe
         {"height": "mm", "time_left": "s"},
         _OUTPUTS,
         law=law,
+        ranges={
+            "height": (_LEAST, float(policy.table.layout.axes[0].high)),
+            "time_left": (_LEAST, float(problem.horizon)),
+        },
+        meanings=_MEANINGS,
+        tables=_TABLES,
         status=("next pass", "stop"),
         equations="Brown (2012): expected penalty-to-go by dynamic programming; the action of the table.",
         vectors=_States(policy, single.arrays[6]).chains,
         spread=(0.5 * float(policy.table.layout.axes[0].high), 0.5 * float(problem.horizon)),
         kind="SequencePolicy",
+        stands_for="SequenceController",
+        tier="sequence",
         job=problem.job,
         answer=_command,
+        report=partial(_expected, policy),
+        reports={"penalty": "$", "mean_cut": "mm", "gap": "$"},
         commands={"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""},
     )
 
@@ -46,6 +82,14 @@ def _command(status: int, found: dict[str, float]) -> dict[str, Any]:
     if status == 1:
         return {"stop": 1.0}
     return {name: found[name] for name in ("duration", "feed_rate", "normal_force")} | {"stop": 0.0}
+
+
+def _expected(policy: Any, status: int, state: dict[str, float], found: dict[str, float]) -> dict[str, float]:
+    """Return what a `SequenceController` reports: the plan's expectation ($, mm) of the action of the C."""
+    numbers = (found.get(name, nan) for name in ("duration", "feed_rate", "normal_force", "gap"))
+    action = SequenceAction(status == 1, *numbers, policy.problem)
+    cut = 0.0 if action.stop else float(action.mean_cut)
+    return {"penalty": float(policy.value(**state)), "mean_cut": cut, "gap": found.get("gap", nan)}
 
 
 class _States:

@@ -1,0 +1,105 @@
+"""Builds of an export that a check compares: libraries, programs under sanitizers and under emulators."""
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.codegen._files.shell import reset_state
+from sdpgrind.codegen._files.vectors import Answers
+from sdpgrind.codegen._proof import compilers
+from sdpgrind.codegen._proof.foreign import other_functions
+from sdpgrind.codegen._proof.library import Library
+from sdpgrind.codegen._proof.program import Program
+from sdpgrind.codegen._proof.stack import stack_of
+from sdpgrind.codegen._recipe import Recipe
+
+TARGETS = ("sanitizers", "aarch64", "armhf")
+SLOW = 100_000  # chosen: steps under sanitizers and emulators, some ten times as slow
+_SANITIZED = ("-O1", "-DSG_CHECK", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+_ABROAD = {
+    "aarch64": ("aarch64-linux-gnu-gcc", "qemu-aarch64"),
+    "armhf": ("arm-linux-gnueabihf-gcc", "qemu-arm"),
+}
+
+
+class Runner(Protocol):
+    """Build of an export."""
+
+    def take(self, rows: Floats, resets: Bools) -> Answers:
+        """Return what follows on rows, the state going on from the rows before."""
+
+
+class Builds:
+    """Builds by their names, each with the most steps that it takes.
+
+    Parameters
+    ----------
+    source : Path
+        Folder of the export.
+    folder : Path
+        Where they are built.
+    libm : sequence of str
+        Functions of the C library that are used.
+    """
+
+    def __init__(self, recipe: Recipe, source: Path, folder: Path, name: str, libm: Sequence[str]) -> None:
+        self.libm = libm
+        self._recipe, self._source, self._folder, self._name = recipe, source, folder, name
+        self._sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
+        self.builds: dict[str, Runner] = {}
+        self.most: dict[str, float] = {}
+
+    def add_library(self, compiler: str, level: str) -> None:
+        """Add a shared library of a compiler at a level."""
+        library = Library(self._source, self._place(), self._name, self._sizes, compiler, *level.split())
+        self._add(f"{compiler} {level}", library, np.inf)
+
+    def add_targets(self, there: Sequence[str], targets: Sequence[str]) -> list[str]:
+        """Add what is to be built beside libraries; return what is not found, or not possible."""
+        missing = []
+        for target in targets:
+            if target == "sanitizers":
+                missing += [f"sanitizers of {one}" for one in there if not self._sanitized(one)]
+            else:
+                missing += self._abroad(target, there)
+        return missing
+
+    def stack(self, levels: Sequence[str]) -> dict[str, int]:
+        """Return the bytes of stack of a step by gcc, by level."""
+        found = {level: stack_of("gcc", self._source, self._place(), self._name, level) for level in levels}
+        return {level: size for level, size in found.items() if size is not None}
+
+    def _place(self) -> Path:
+        return Path(tempfile.mkdtemp(dir=self._folder))
+
+    def _add(self, build: str, runner: Runner, most: float) -> None:
+        self.builds[build], self.most[build] = runner, most
+
+    def _program(self, build: str, emulator: str, compiler: str, *flags: str) -> None:
+        state = reset_state(self._recipe)
+        place = (self._source, self._place(), self._name, self._sizes)
+        self._add(build, Program(*place, state, emulator, compiler, flags), SLOW)
+
+    def _sanitized(self, compiler: str) -> bool:
+        if not compilers.links(compiler, *_SANITIZED):
+            return False
+        self._program(f"{compiler} sanitizers", "", compiler, *_SANITIZED)
+        return True
+
+    def _abroad(self, target: str, there: Sequence[str]) -> list[str]:
+        """Add a build for another processor, unless its C library has bits of its own."""
+        compiler, emulator = _ABROAD[target]
+        if missing := compilers.found((compiler, emulator))[1]:
+            return missing
+        if self.libm and not there:
+            return [f"{target}: no compiler here to compare its C library with"]
+        place = self._place()
+        others = other_functions(self.libm, place, there[0], compiler, emulator) if self.libm else []
+        if others:
+            return [f"{target}: its C library computes {', '.join(others)} with other bits"]
+        self._program(target, emulator, compiler, "-O2", "-static")
+        return []

@@ -1,0 +1,162 @@
+"""What is exported of a policy: its look-up with small tables, and states that reach every cell."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.codegen import Recipe, TablesAsked
+from sdpgrind.sdp._policy import exported_kernels as kernels
+from sdpgrind.sdp._policy.small_choice import small_tables
+from sdpgrind.sdp._policy.small_tables import Codes
+from sdpgrind.sdp._policy.table import Solution
+
+_TOLD = {
+    "gap": "extra cost of the best other move or stop; infinite where there is none",
+    "value": "expected penalty-to-go; NaN beyond an edge at which the process ends, and late where the plan"
+    " keeps no stage of its own",
+}
+_ANY = 1e9  # chosen: in the unit of an axis or of stages; beyond what any is used for
+_BEYOND = 0.05  # chosen: share of an axis by which states of the self-test lie outside
+_ROUNDS = 2  # chosen: states in each cell in which the action changes
+_TABLES = {
+    "table_frame": "first row: length of a stage, stages, first and lowest slice, whether late ones have one,"
+    " endless; an axis a row: origin, spacing, logarithmic, ends, what is done beyond them",
+    "table_shape": "nodes of each axis",
+    "table_code": "code of the action at each node: slice, mode, node; < 0: stop",
+    "table_control": "continuous control at each node: a multiple of the scale of its code, or itself",
+    "table_coding": "offset and scale of the control of each code",
+    "table_move": "move of each code",
+    "table_first": "first cell of each slice and mode in which the action changes, and the end",
+    "table_cells": "cells in which the action changes, rising in each slice and mode",
+    "table_start": "first line of each such cell, and the end",
+    "table_line_code": "code of each line; < 0: stop",
+    "table_line_control": "its control at both ends of the cell, as at nodes",
+    "table_place": "place of its costs; < 0: of those that are kept in more digits, from -1 down",
+    "table_cost": "costs of lines at both ends of the cell: multiples of the scale of the code, or $",
+    "table_wide": "costs of lines whose order rounding would change, $",
+    "table_cost_coding": "offset and scale of costs of stops and codes, $",
+    "told_kind": "what is told beside the action: 0 gap, 1 value",
+    "told_told": "gap, value at each node: slice, mode, node; multiples of their scale, or $",
+    "told_coding": "offset and scale, $, and what stands for infinity",
+    "lists": "listed controls of each code",
+    "level": "number of the continuous control of each code; -1: none",
+}
+
+
+def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
+    """Return what is exported of a `Policy`, in the units of its axes and controls, and $."""
+    layout, codes, inputs = policy.layout, Codes.of(policy), _inputs(policy)
+    controls = policy._controls
+    told = asked.told(controls, tuple(_TOLD), ("gap",))
+    small, notes = small_tables(policy, asked.precision, asked.lost_max, told)
+    lists, level = _listed(policy, codes, controls)
+    log = any(axis.scale == "log" for axis in layout.axes)
+    step = {
+        (False, False): kernels.action_at, (False, True): kernels.action_log_at,
+        (True, False): kernels.action_told_at, (True, True): kernels.action_told_log_at,
+    }[bool(told), log]  # fmt: skip
+    before = (0.0,) * ((len(layout.modes) == 1) + layout.endless)
+    return Recipe(
+        "policy",
+        step,
+        inputs,
+        {**dict.fromkeys(controls, ""), **dict.fromkeys(told, "$")},
+        law=(*small.law, lists, level, codes.stops, *before),
+        after=(0.0,) * (3 - len(layout.axes)),
+        ranges=_ranges(policy, inputs),
+        meanings={name: _TOLD[name] for name in told},
+        tables=_TABLES,
+        status=(*layout.stops, *(move.name for move in layout.moves)),
+        equations="expected penalty-to-go by dynamic programming; the action of the table.",
+        vectors=_TableStates(policy, small.table).chains,
+        spread=[0.25 * (high - low) for low, high in _extents(policy)],
+        kind="sdp.Policy",
+        notes=notes,
+    )
+
+
+def _inputs(policy: Any) -> dict[str, str]:
+    """Names and units: mode, if there are several, stage coordinate, axes."""
+    layout = policy.layout
+    several = len(layout.modes) > 1
+    if policy.single is None or policy.bent.any() or (several and layout.endless):
+        rule = (
+            "a policy of a table of one to three axes, without a stop whose charge is bent within a cell,"
+            " and without modes where there is no deadline"
+        )
+        raise checks.refuse("thing", rule, repr(policy))
+    modes = {"mode": ""} if several else {}
+    stage = {} if layout.endless else {layout.stage_name: layout.stage_unit}
+    return {**modes, **stage, **{axis.name: axis.unit for axis in layout.axes}}
+
+
+def _listed(policy: Any, codes: Codes, controls: list[str]) -> tuple[Floats, Any]:
+    """Listed controls of each code, [code, control], and the number of its continuous one."""
+    lists, level = np.full((codes.move.size, len(controls)), np.nan), np.full(codes.move.size, -1)
+    for move, first in zip(policy.layout.moves, codes.first.tolist(), strict=True):
+        for name, values in move.lists:
+            lists[first : first + len(values), controls.index(name)] = values
+        if move.level:
+            own = codes.move == codes.move[first]
+            level[own] = controls.index(move.level)
+    return lists, level.astype(np.int64)
+
+
+def _extents(policy: Solution) -> list[tuple[float, float]]:
+    """Least and greatest value of each input within the table."""
+    layout, count = policy.layout, policy.countdown
+    modes = [(0.0, float(len(layout.modes) - 1))] if len(layout.modes) > 1 else []
+    stage = [] if layout.endless else [(count.lowest * layout.step, layout.count * layout.step)]
+    return [*modes, *stage, *((axis.low, axis.high) for axis in layout.axes)]
+
+
+def _ranges(policy: Solution, inputs: dict[str, str]) -> dict[str, tuple[float, float]]:
+    """Values of inputs that have an answer; the look-up refuses others within them."""
+    found = dict(zip(inputs, _extents(policy), strict=True))
+    layout = policy.layout
+    if not layout.endless and policy.countdown.has_base:
+        found[layout.stage_name] = -_ANY, found[layout.stage_name][1]
+    for axis in layout.axes:
+        low, high = found[axis.name]
+        found[axis.name] = low if axis.below == "refuse" else -_ANY, high if axis.above == "refuse" else _ANY
+    return found
+
+
+class _TableStates:
+    """States of the table: between nodes, at them, outside, and in cells in which the action changes."""
+
+    def __init__(self, policy: Solution, table: Any) -> None:
+        self._policy, self._table, self._extents = policy, table, np.array(_extents(policy))
+        self._fixed = len(self._extents) - len(policy.grid.axes)
+
+    def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
+        """Return about `count` states, rows of inputs in their units."""
+        low, high = self._extents.T
+        beyond = _BEYOND * (high - low)
+        inside = rng.uniform(low, high, (count, low.size))
+        outside = rng.uniform(low - beyond, high + beyond, (count, low.size))
+        nodes = inside.copy()
+        nodes[:, self._fixed :] = [
+            [rng.choice(x) for x in self._policy.grid.coordinates] for _ in range(count)
+        ]
+        rows = np.vstack([inside, outside, nodes, self._changing(rng)])
+        if len(self._policy.layout.modes) > 1:
+            rows[:, 0] = np.rint(rows[:, 0])
+        return [rows]
+
+    def _changing(self, rng: np.random.Generator) -> Floats:
+        """Return states within cells that have lines."""
+        table, layout, count = self._table, self._policy.layout, self._policy.countdown
+        group = np.repeat(np.arange(table.first.size - 1), np.diff(table.first))
+        group, cell = np.tile(group, _ROUNDS), np.tile(table.cells[: table.first[-1]], _ROUNDS)
+        out = np.empty((group.size, len(self._extents)))
+        if len(self._policy.grid.axes) == 1:
+            out[:, -1] = self._policy.grid.coordinate(0, cell + rng.uniform(0.0, 1.0, cell.size))
+        modes = len(layout.modes)
+        if modes > 1:
+            out[:, 0] = group % modes
+        if not layout.endless:
+            out[:, self._fixed - 1] = count.time(group // modes)
+        return out

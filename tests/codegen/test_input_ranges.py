@@ -1,0 +1,124 @@
+"""Ranges of inputs: stated in header, manifest and FMU, checked by the C as by the library's side."""
+
+import shutil
+
+import numpy as np
+import pytest
+from codegen_inside import LibrarySteps, bounds_of, recipe_of
+from fmu_things import THINGS, described
+
+import sdpgrind
+from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.codegen import Recipe
+
+gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+STATED = {"bead": {1, 2, 3}}  # outputs that are NaN where grinding stops, or infinite by what the header says
+
+
+@compiled(error_model="numpy")
+def squared(state, x, y, out):
+    state[0] += 1.0
+    out[0] = x * x + (y if y == y else 0.0)
+    return 0
+
+
+def recipe(**more):
+    given = {"ranges": {"x": (-2.5, 1e3), "y": (0.0, np.inf)}, "missing": ("y",), **more}
+    return Recipe("squared", squared, {"x": "mm", "y": "N"}, {"z": "mm^2"}, **given)
+
+
+def test_what_is_usable():
+    rows = [
+        (-2.5, 0.0),
+        (1e3, np.inf),
+        (1.0, np.nan),
+        (np.nan, 1.0),
+        (-np.inf, 1.0),
+        (1.0, -5e-324),
+        (1000.1, 1.0),
+    ]
+    assert recipe().usable(np.array(rows)).tolist() == [True] * 3 + [False] * 4
+    assert recipe(ranges={}).usable(np.array([(1e9, -1e9), (1.1e9, 0.0)])).tolist() == [True, False]
+
+
+@gcc
+def test_c_takes_what_is_usable(tmp_path):
+    made = sdpgrind.export(recipe(), tmp_path / "x")
+    library, rows = made.controller()._library, bounds_of(recipe(), np.array([[0.5, 2.0], [1.0, np.nan]]))
+    assert {-2.5, np.nextafter(-2.5, -3.0), 1e3, np.nextafter(1e3, 2e3)} <= set(rows[:, 0])
+    state, out = np.zeros(1), np.zeros(1)
+    for row, usable in zip(rows, recipe().usable(rows), strict=True):
+        before, out[0] = state[0], 7.0
+        status = library.step(state, row, out)
+        assert (status, state[0] - before) == ((0, 1.0) if usable else (-1, 0.0))
+        assert usable or out[0] == 7.0
+    assert made.check(2000, ["gcc"], levels=["-O2"], targets=()).differing == 0
+
+
+@pytest.mark.parametrize("name", THINGS)
+def test_numbers_in_range_give_numbers(name):
+    """Inputs at their bounds, for a while, give no NaN and no infinity; beyond them nothing changes."""
+    given = recipe_of(THINGS[name]())
+    ends = np.array(np.meshgrid(*given.limits)).reshape(len(given.inputs), -1).T
+    rows = np.concatenate([np.repeat(ends, 40, axis=0), given.chains(np.random.default_rng(1), 400)[0]])
+    steps = LibrarySteps(given)
+    found = steps.take(rows, np.zeros(len(rows), dtype=bool))
+    numbers = np.delete(found.outputs, list(STATED.get(name, ())), axis=1)
+    assert np.isfinite(numbers).all()
+    kept = steps.state.copy()
+    huge = np.full((2 * len(given.inputs), len(given.inputs)), 0.0)
+    for k in range(len(given.inputs)):
+        huge[2 * k : 2 * k + 2, k] = -1e308, np.inf
+    assert (steps.take(huge, np.zeros(len(huge), dtype=bool)).codes == -1).all()
+    assert np.array_equal(steps.state, kept, equal_nan=True)
+
+
+@gcc
+def test_header_and_manifest_state_them(tmp_path):
+    meanings = {
+        "x": "way to the right, > 0 away from the " + "very " * 30 + "old wall",
+        "z": "square of the way",
+    }
+    made = sdpgrind.export(recipe(meanings=meanings), tmp_path / "x")
+    text = (made.path / "x.h").read_text()
+    assert "    double x; /* mm, -2.5 to 1000 */" in text and "/* square of the way */" in text
+    assert "    double y; /* N, 0 to inf, NaN: no reading */" in text
+    assert (
+        "     * way to the right, > 0 away from the very" in text and max(map(len, text.splitlines())) < 112
+    )
+    x, y = made.manifest["inputs"]
+    assert x == {
+        "name": "x",
+        "unit": "mm",
+        "meaning": meanings["x"],
+        "range": [-2.5, 1000.0],
+        "may_be_missing": False,
+    }
+    assert y["range"] == [0.0, "inf"] and y["may_be_missing"]
+    assert recipe().fingerprint != recipe(ranges={}).fingerprint
+
+
+def test_tables_bear_their_names(tmp_path):
+    made = sdpgrind.export(THINGS["table"](), tmp_path / "x")
+    text = (made.path / "x.c").read_text()
+    assert "/* head, keys, values and slopes node by node, guide of whole numbers by their bits (" in text
+
+
+def test_an_fmu_states_them():
+    found = {one.name: one for one in described("torque")[0].modelVariables}
+    assert (found["motor_angle"].min, found["motor_angle"].max) == ("-1000000.0", "1000000.0")
+    assert found["current"].description.startswith("current to command, > 0 presses the tool onto the part")
+
+
+@pytest.mark.parametrize(
+    ("more", "text"),
+    [
+        ({"ranges": {"w": (0.0, 1.0)}}, r"ranges must be names of inputs; got \['w'\]"),
+        ({"ranges": {"x": (1.0, 0.0)}}, "ranges must be least and greatest value of x"),
+        ({"ranges": {"x": (np.nan, 0.0)}}, "ranges must be least and greatest value of x"),
+        ({"meanings": {"w": ""}}, "meanings must be names of inputs and outputs"),
+    ],
+)
+def test_ranges_that_are_none(more, text):
+    with pytest.raises(ValueError, match=text):
+        recipe(**more)
