@@ -37,7 +37,8 @@ class Kernel(CPUDispatcher):
         found = None if sig in self.overloads else self._cache.result_type(sig, self.targetctx)
         if found is None:
             self.compile(sig)
-            found = self.overloads[sig].signature.return_type
+            made: Any = self.overloads[sig]
+            found = made.signature.return_type
         return found
 
     def __reduce__(self) -> Any:
