@@ -70,7 +70,7 @@ def plan(
     >>> path = finishing.hilbert(finishing.preset("nominal").surface, 3)
     >>> motion = finishing.plan(finishing.FinishingProblem(path))
     >>> motion.worst_violation.held, round(motion.mean_feed_rate / motion.problem.feed_rate, 2)
-    (True, 0.67)
+    (True, 0.87)
     """
     assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")

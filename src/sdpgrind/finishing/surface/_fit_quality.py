@@ -72,7 +72,7 @@ class FitQuality(ByValue, Described):
 
     @property
     def outliers(self) -> int:
-        """Number of points that were left out."""
+        """Number of points that were left out (dimensionless)."""
         return len(self.left_out)
 
     @property
