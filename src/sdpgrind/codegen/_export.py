@@ -42,8 +42,9 @@ def export(
     Parameters
     ----------
     thing : plan, controller or Recipe
-        What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.LocusTable` (``locus.table()``),
-        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
+        What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.LocusTable`
+        (``locus.table()``), `plunge.CycleController`, `plunge.StagedController`,
+        `finishing.TorqueController`,
         `weldbead.force.ForceController` (its law, to which force and position of the plan are handed over);
         or a `Recipe` of a kernel of one's own.
     path : path
@@ -53,8 +54,8 @@ def export(
         C99 in a folder, or an FMU of FMI 2.0 for co-simulation around it: `path` is then a file that ends in
         ``.fmu``.
     precision : {"double", "float32", "int16"}
-        How the tables of a policy are kept: as they are, or rounded, with cells in which the action changes as
-        sorted lists. What that loses is computed, from the plan's own problem, and stands in the manifest
+        How the tables of a policy are kept: as they are, or rounded, with cells in which the action changes
+        as sorted lists. What that loses is computed, from the plan's own problem, and stands in the manifest
         ("lost": see :doc:`/on_your_controller`).
     lost_max : float, optional
         Largest value lost at any node of any stage, $ or what the plan charges in. The smallest form that
@@ -123,8 +124,9 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     told = getattr(type(thing), "__export__", None)
     if told is None:
         raise TypeError(
-            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a CycleController, a StagedController, a"
-            f" TorqueController, a ForceController or a Recipe; got {type(thing).__name__}"
+            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a CycleController, a"
+            " StagedController, a TorqueController, a ForceController or a Recipe; got"
+            f" {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe

@@ -23,8 +23,8 @@ BOUND = 1e9  # chosen: in mm, N, W, s, rad: beyond what any machine measures; it
 class Recipe:
     """Step of a controller, or a look-up, as a kernel with all that it needs.
 
-    ``step(state, *law, *inputs, *after, out)`` updates `state` (an array), fills `out` (one entry an output) and
-    returns a whole number: the place in `status`, or < 0: an input is out of range. It is decorated by
+    ``step(state, *law, *inputs, *after, out)`` updates `state` (an array), fills `out` (one entry an output)
+    and returns a whole number: the place in `status`, or < 0: an input is out of range. It is decorated by
     `compiled(error_model="numpy")`, as all kernels that it calls. Whether the state may be changed by a step
     that returns < 0 does not matter: it is put back.
 
