@@ -9,7 +9,7 @@ from codegen_inside import small_of
 from scipy.special import erf, erfc
 
 import sdpgrind
-from sdpgrind import plunge, sdp, weldbead
+from sdpgrind import finishing, sdp, weldbead
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 PASS = ("duration", "feed_rate", "normal_force")
@@ -168,10 +168,11 @@ def test_a_policy_of_the_solver(tmp_path):
 
 
 def test_what_is_refused(policy, tmp_path):
+    torque = finishing.TorqueController(finishing.TorqueAxis(), normal_force=1.111, kind="constant")
     cases = [
-        (plunge.StagedController(plunge.preset("simulation")), {"precision": "int16"},
-         "precision must be 'double' for a StagedController: only the tables of a policy are rounded; got 'int16'"),
-        (plunge.StagedController(plunge.preset("simulation")), {"lost_max": 1.0}, "lost_max must be None for a"),
+        (torque, {"precision": "int16"},
+         "precision must be 'double' for a TorqueController: only the tables of a policy are rounded; got 'int16'"),
+        (torque, {"lost_max": 1.0}, "lost_max must be None for a"),
         (policy, {"lost_max": 1e-9}, "lost_max must be >= .*, what the best of the forms int16, float32, double loses"),
         (policy, {"lost_max": -1.0}, "lost_max must be >= 0 "),
         (policy, {"precision": "int8"}, "precision must be one of double, float32, int16; got 'int8'"),

@@ -29,7 +29,7 @@ class TablesAsked:
 
     @classmethod
     def of(cls, precision: str, lost_max: float | None, outputs: Sequence[str] | None) -> Self:
-        """Check what was asked ($ or what the plan charges in)."""
+        """Check `precision`, `lost_max` ($ or what the plan charges in), `outputs`, as `export` has them."""
         checks.one_of("precision", precision, PRECISIONS)
         if lost_max is not None:
             lost_max = checks.nonnegative("lost_max", lost_max, "$, or what the plan charges in")
@@ -39,12 +39,24 @@ class TablesAsked:
 
     @property
     def given(self) -> dict[str, Any]:
-        """What was asked beyond the tables as they are, by the name of its argument."""
+        """What was asked beyond the tables as they are: names of arguments, and numbers ($)."""
         asked = {"precision": self.precision, "lost_max": self.lost_max, "outputs": self.outputs}
         return {name: one for name, one in asked.items() if one not in (None, "double")}
 
     def told(self, fixed: Sequence[str], free: Sequence[str], usual: Sequence[str]) -> tuple[str, ...]:
-        """Return which of the `free` outputs are asked; refuse others than those and all of the `fixed`."""
+        """Return which outputs stand beside those that are `fixed`.
+
+        Parameters
+        ----------
+        fixed, free, usual : sequence of str
+            Outputs that must be asked for, those that may be (gap, value, $), and of these the ones that are
+            told where nothing was asked.
+
+        Raises
+        ------
+        ValueError
+            When other outputs, in whatever unit, were asked for, or not all of the fixed.
+        """
         if self.outputs is None:
             return tuple(usual)
         if set(self.outputs) - {*fixed, *free} or set(fixed) - set(self.outputs):

@@ -21,8 +21,8 @@ _ANY = 1e9  # chosen: in the unit of an axis or of stages; beyond what any is us
 _BEYOND = 0.05  # chosen: share of an axis by which states of the self-test lie outside
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 _TABLES = {
-    "table_frame": "first row: length of a stage, stages, first and lowest slice, whether late ones have one,"
-    " endless; an axis a row: origin, spacing, logarithmic, ends, what is done beyond them",
+    "table_frame": "first row: length of a stage, stages, first and lowest slice, whether late ones have"
+    " one, endless; an axis a row: origin, spacing, logarithmic, ends, what is done beyond them",
     "table_shape": "nodes of each axis",
     "table_code": "code of the action at each node: slice, mode, node; < 0: stop",
     "table_control": "continuous control at each node: a multiple of the scale of its code, or itself",

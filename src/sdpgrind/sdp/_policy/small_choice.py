@@ -5,13 +5,12 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.sdp._policy.policy import Policy
 from sdpgrind.sdp._policy.small_tables import PRECISIONS, Small, small_of
 from sdpgrind.sdp._policy.value_lost import ValueLost, value_lost
 
 
 def small_tables(
-    policy: Policy, precision: str, lost_max: float | None, told: tuple[str, ...] = ()
+    policy: Any, precision: str, lost_max: float | None, told: tuple[str, ...] = ()
 ) -> tuple[Small, dict[str, Any]]:
     """Return small tables of a policy, and what a manifest says of them.
 
@@ -49,7 +48,7 @@ def small_tables(
     raise checks.refuse("lost_max", best, lost_max, "$")
 
 
-def _noted(lost: ValueLost, policy: Policy) -> dict[str, Any]:
+def _noted(lost: ValueLost, policy: Any) -> dict[str, Any]:
     return {
         "all_stages": lost.all_stages,
         "first_stage": lost.first_stage,

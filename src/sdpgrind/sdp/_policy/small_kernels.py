@@ -1,4 +1,4 @@
-"""Compiled look-up in small tables: codes of actions, numbers as multiples of a scale, cells found by bisection.
+"""Compiled look-up in small tables: codes of actions, multiples of a scale, cells found by bisection.
 
 What `single_kernels` finds in full tables; with numbers that are not rounded the same bits.
 """
@@ -18,9 +18,9 @@ GAP, VALUE = range(2)
 class SmallTable(NamedTuple):
     """Policy for `act_small_at`; whole numbers are as narrow as they fit.
 
-    `code[row, mode, node]`: stops -1, -2, ..., then the entries of the lists of each move in turn, whose moves
-    are `move[code]`. A control is ``coding[code, 0] + coding[code, 1] * control``. The cells with lines are
-    sorted, ``first[group]:first[group + 1]`` in ``cells`` those of the group row * modes + mode; number k has
+    `code[row, mode, node]`: stops -1, -2, ..., then the entries of the lists of each move in turn; the move
+    of a code is `move[code]`. A control is ``coding[code, 0] + coding[code, 1] * control``. The cells with
+    lines are sorted, ``first[group]:first[group + 1]`` in ``cells`` those of the group row * modes + mode; number k has
     the lines ``start[k]:start[k + 1]``. Costs ($) of a line at both ends: ``cost[place]`` with
     ``cost_coding[stops + code]``, or ``wide[-1 - place]`` where `place[line]` < 0.
     """

@@ -4,6 +4,7 @@ A number is offset + scale * n, with constants for each code of an action (a mov
 The ends of its range are not left: a control stays in the interval of its move.
 """
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -183,7 +184,7 @@ class _Lines:
     def _in_order(self, rounded: Floats) -> Any:
         """Mask of lines in cells in which all lines keep their order at both ends."""
         start, out = self.kinks.start, np.ones(self.code.size, bool)
-        for a, b in zip(start[:-1], start[1:], strict=True):
+        for a, b in itertools.pairwise(start):
             exact, near = self.kinks.cost[a:b], rounded[a:b]
             out[a:b] = np.array_equal(_order(exact), _order(near))
         return out

@@ -14,8 +14,8 @@ _PASS = ("duration", "feed_rate", "normal_force")
 _TOLD = ("gap", "value")
 _VALUE = "expected penalty-to-go; NaN below the base, and late where the plan keeps no stage of its own"
 _TABLES = {
-    "table_frame": "first row: length of a stage (s), stages, first and lowest slice, whether late ones have one,"
-    " endless; second row, height: origin, spacing (mm), logarithmic, ends (mm), what is done beyond them",
+    "table_frame": "first row: length of a stage (s), stages, first and lowest slice, whether late ones have"
+    " one, endless; second row, height: origin, spacing (mm), logarithmic, ends (mm), what is done beyond",
     "table_shape": "nodes of the height",
     "table_code": "move at each node: slice, mode, height; < 0: stop",
     "table_control": "force at each node: a multiple of the scale of its move, or N",
