@@ -119,7 +119,7 @@ def _ring(place: Path, parts: int) -> tuple[Any, Any]:
         out = np.zeros(6)
         return int(made[settings]._library.step(state, np.array([angle, reading]), out))
 
-    strategy = centering.PlainStrategy(problem)
+    strategy = centering.plan(problem)
     wanted = hwsim.run(plant, centering.CenteringController(strategy), parts=parts, rng=0)
     with mock.patch.object(of_rings, "update_step", step):
         log = hwsim.run(plant, centering.CenteringController(strategy), parts=parts, rng=0)

@@ -13,7 +13,7 @@ from sdpgrind.codegen._files.vectors import Answers
 from sdpgrind.codegen._proof import compilers
 from sdpgrind.codegen._proof.foreign import other_functions
 from sdpgrind.codegen._proof.library import Library
-from sdpgrind.codegen._proof.program import Program
+from sdpgrind.codegen._proof.program import ProgramRun
 from sdpgrind.codegen._proof.stack import stack_of
 from sdpgrind.codegen._recipe import Recipe
 
@@ -82,7 +82,7 @@ class Builds:
     def _program(self, build: str, emulator: str, compiler: str, *flags: str) -> None:
         state = reset_state(self._recipe)
         place = (self._source, self._place(), self._name, self._sizes)
-        self._add(build, Program(*place, state, emulator, compiler, flags), SLOW)
+        self._add(build, ProgramRun(*place, state, emulator, compiler, flags), SLOW)
 
     def _sanitized(self, compiler: str) -> bool:
         if not compilers.links(compiler, *_SANITIZED):

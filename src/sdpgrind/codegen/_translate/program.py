@@ -172,12 +172,12 @@ class CProgram:
                 return self.functions[key]
         counts: tuple[int | None, ...] = ()
         useful = any(one is not None for one in known)
+        found: Function | None = None
         try:
             found = self._translated(kernel, kinds, (), at)
         except SizeUnknownError:
             if not useful:
                 raise
-            found = None
         if found is None or (useful and isinstance(found.result, Array) and found.view is None):
             counts, found = known, self._translated(kernel, kinds, known, at)
         self.functions[kernel, kinds, counts] = found
