@@ -56,7 +56,7 @@ def stations(poses: Floats, length: Floats) -> Any:
 
 def unwound(states: SpinStates, picks: Floats) -> Floats:
     """Values (m, f) of picked candidates, turns in sequence."""
-    values = states.values[picks]
+    values: Floats = states.values[picks]
     if states.around:
         values[:, 0] = np.unwrap(values[:, 0])
     return values

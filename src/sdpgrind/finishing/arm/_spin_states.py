@@ -47,7 +47,7 @@ class Spins(NamedTuple):
 def spins_of(spin: int | tuple[float, ...]) -> Spins:
     """Return the turns that a checked value means."""
     if isinstance(spin, int):
-        return Spins(2 * math.pi / spin * np.arange(spin), True)
+        return Spins(2 * math.pi / spin * np.arange(spin, dtype=np.float64), True)
     return Spins(np.array(spin), False)
 
 

@@ -61,7 +61,7 @@ def _parts(poses: Floats, count: int) -> Any:
 
 def kept_of(robot: Robot, joints: Floats) -> Bools:
     """Whether there are joints, and `SINGULAR` away from singular poses; joints (..., n)."""
-    there = ~np.isnan(joints).any(axis=-1)
+    there: Bools = ~np.asarray(np.isnan(joints).any(axis=-1))
     kept: Bools = there & (distance_of(robot, np.where(there[..., None], joints, 0.0)) >= SINGULAR)
     return kept
 
