@@ -38,3 +38,9 @@ def pytest_configure(config):
         each = [subprocess.Popen([sys.executable, "-c", _WARM, *areas]) for areas in _HALVES]
         if [process for process in each if process.wait()]:
             raise pytest.UsageError("the kernels of an area cannot be compiled")
+
+
+def pytest_sessionfinish():
+    """Collect garbage once: pytest does so ten times then, each through all that was imported (0.4 s)."""
+    gc.collect()
+    gc.freeze()

@@ -2,6 +2,9 @@
 
 A busy machine stretches the time on the clock, the CPU time hardly. What a test compiled is not counted
 against it: compiled kernels stay on disk. Its fixtures count, and the programs that it starts.
+
+Of two workers that collect, one begins at the last file: they meet in the middle. In the same order both would
+rewrite the assertions of every file at the same time (measured: 23 s of CPU time each, on a clean clone).
 """
 
 import os
@@ -18,6 +21,19 @@ _begun = pytest.StashKey()
 def pytest_addoption(parser):
     told = "fail where a test took more CPU time (s), compiled nothing and is not marked slow"
     parser.addoption("--cpu-limit", type=float, metavar="S", help=told)
+
+
+class BackwardDir(pytest.Dir):
+    """A folder that is collected from its last file to its first."""
+
+    def collect(self):
+        return reversed(list(super().collect()))
+
+
+def pytest_collect_directory(path, parent):
+    """Let every other worker begin at the end; its tests are put in the order of all below."""
+    worker = getattr(parent.config, "workerinput", {}).get("workerid", "gw0")
+    return BackwardDir.from_parent(parent, path=path) if int(worker.removeprefix("gw")) % 2 else None
 
 
 def pytest_collection_modifyitems(config, items):

@@ -94,5 +94,26 @@ turned = finishing.plan(problem.replace(placement=(650.0, -25.0, 100.0, np.pi / 
 print(f"{motion.duration:.1f} s, and {turned.duration:.1f} s turned; {turned.worst_singularity}")
 
 # %%
+# A tool that may turn
+# --------------------
+# A spindle or a ball that is face-on does not mind how it is turned about its own axis. ``spin=24`` lets the planner choose
+# from 24 turns and eight branches at every millimetre; then the turn becomes smooth, with as little motion of the joints as
+# it can, 0.1 away from singular poses. It may bend where the tool rests anyway, at sharp corners. This tool is tilted in the
+# flange, so that its turn moves all joints. What holds its turn where that is faster is the planner.
+ball = problem.replace(
+    path=finishing.zigzag(finishing.surface.sphere_surface(25.0), pitch=5.0),
+    robot=robot.replace(tool=finishing.tool(length=150.0, tilt=0.5)),
+    contact_angle=np.pi / 2,
+)
+held = finishing.plan(ball, method="min_time")
+turning = finishing.plan(ball.replace(spin=24), method="min_time")
+print(f"held: {held.duration:.1f} s; turning by {np.ptp(turning.spin):.2f} rad: {turning.duration:.1f} s")
+turning.plot()
+
+# %%
+# No torque of an axis presses a tool that turns, so controllers of the torque refuse it; programs of all targets take it.
+print(f"program: {turning.program('urscript', name='ball').check()}")
+
+# %%
 # A robot of any other kind is a class that derives from :py:obj:`sdpgrind.finishing.Robot` and has its members: names,
 # units and limits of the joints, ``forward``, ``forward_work`` and ``solutions``. It is planned as these are.

@@ -106,7 +106,7 @@ with TemporaryDirectory() as folder:
 #    preset = "ur10"              # or urdf = "cell.urdf", base, tip, acceleration_max
 #    tool_length = "150 mm"
 #    [tool]
-#    placement = [650, -25, 100]
+#    placement = [650, -25, 100]         # or "search", in a placement_box = [[x, y, z], [x, y, z]] or anywhere
 #    [program]
 #    deviation = "20 um"
 #    name = "face1"

@@ -253,3 +253,16 @@ def functions(state, x, y, out):
 ALL = (
     arithmetic, whole_numbers, remainders, extremes, truths, calls, sequences, loops, views, records, functions,
 )  # fmt: skip
+
+
+@compiled(error_model="numpy")
+def counted(state, x, out):
+    """A size in the state: constant where it is a setting."""
+    room = np.empty(int(state[0]))
+    for k in range(room.size):
+        room[k] = x
+    state[1] = 0.0
+    for k in range(int(state[0])):
+        state[1] += room[k]
+    out[0] = state[1]
+    return 0

@@ -125,7 +125,7 @@ def test_names_that_c_does_not_allow(tmp_path, name):
 
 
 def test_what_has_no_recipe(tmp_path):
-    with pytest.raises(TypeError, match=r"thing must be a SequencePolicy, a LocusTable, .* got dict"):
+    with pytest.raises(TypeError, match=r"thing must be a SequencePolicy, an sdp.Policy, .* got dict"):
         sdpgrind.export({}, tmp_path / "x")
     with pytest.raises(ValueError, match=r"target must be"):
         sdpgrind.export(recipe(), tmp_path / "x", target="st")

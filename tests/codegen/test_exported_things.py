@@ -60,6 +60,7 @@ def test_small_things(tmp_path, name):
     found = made.check(STEPS, ["gcc"], levels=["-O2"], targets=())
     assert found.status == "equal" and found.differing == 0, found.first
     assert made.promise == promise
+    assert made.manifest["stack"] >= found.stack["-O2"] > 0
 
 
 def test_a_table_has_the_names_of_its_columns(tmp_path):
@@ -95,6 +96,35 @@ def test_a_saved_policy_by_the_command(tmp_path, policy, capsys):
     assert "bead.h, bead.c" in capsys.readouterr().out
     again = sdpgrind.export(policy, tmp_path / "other", name="bead")
     assert (again.path / "bead.c").read_bytes() == (tmp_path / "bead" / "bead.c").read_bytes()
+
+
+def test_what_no_command_exports_is_told(tmp_path, capsys):
+    """A plan of another kind is wrong input (2), not a fault of the program (70)."""
+    from hwsim import cli
+
+    problem = plunge.preset("simulation")
+    plunge.plan(problem).save(tmp_path / "cycle.nc")
+    assert cli.main(["export", str(tmp_path / "cycle.nc"), str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    assert "plan must be the file of a sequence policy or of a locus" in told and "holds a " in told
+    assert not (tmp_path / "out").exists()
+
+
+def test_beads_in_the_loop(tmp_path, policy):
+    """Nothing but C decides; what the plan expects comes from the library: the logs are equal in all columns."""
+    plant = hwsim.WeldBeadStand(policy.problem)
+    made = sdpgrind.export(policy, tmp_path / "bead")
+    log = hwsim.run(plant, made.controller(), parts=4, rng=0)
+    wanted = hwsim.run(plant, weldbead.SequenceController(policy), parts=4, rng=0)
+    assert log.outcome.identical(wanted.outcome)
+    assert log["sequence"].identical(wanted["sequence"])
+
+
+def test_a_short_text_of_an_export(tmp_path):
+    made = sdpgrind.export(table(), tmp_path / "thing")
+    size = sum((tmp_path / "thing" / f"thing{ending}").stat().st_size for ending in (".h", ".c"))
+    where, told = f"'thing' in {str(tmp_path / 'thing')!r}", f"LocusTable, {size / 1000:.0f} kB, 5 functions"
+    assert repr(made) == f"Exported({where}: {told}; {NONE})"
 
 
 def test_charges_that_are_not_exported_are_named(tmp_path):

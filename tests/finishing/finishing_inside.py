@@ -1,16 +1,24 @@
 """What the tests of finishing reach inside the area."""
 
+from sdpgrind.finishing._program.course import lifted
+from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing.arm import _kinematics_kernels as kinematics_kernels
+from sdpgrind.finishing.arm import _spin_choice as spin_choice
+from sdpgrind.finishing.arm import _spin_kernels as spin_kernels
+from sdpgrind.finishing.arm import _spin_states as spin_states
+from sdpgrind.finishing.arm import _spin_sweep as spin_sweep
 from sdpgrind.finishing.arm._heading import check_corners, pitch_cosine
 from sdpgrind.finishing.path import _hilbert as hilbert
 from sdpgrind.finishing.path import _spacing as spacing
 from sdpgrind.finishing.path._arc_kernels import inverted, travelled
 from sdpgrind.finishing.path._cells import cell_areas
+from sdpgrind.finishing.path._coverage import edges_of
 from sdpgrind.finishing.path._eikonal_kernels import sweep
 from sdpgrind.finishing.path._equal_area import equal_area
 from sdpgrind.finishing.path._geodesic import distance_field, solved
 from sdpgrind.finishing.path._mappings import mapping_of
-from sdpgrind.finishing.path._metrics import metrics, surface_samples
+from sdpgrind.finishing.path._metrics import metrics
+from sdpgrind.finishing.path._nearest import Nearest
 from sdpgrind.finishing.path._spacing_kernels import _value, march
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.roughness._fit import identify_roughness, left_out
@@ -51,6 +59,7 @@ __all__ = [
     "SCANS",
     "TABLES",
     "LimitedRun",
+    "Nearest",
     "Square",
     "_find_span",
     "_value",
@@ -65,6 +74,7 @@ __all__ = [
     "creases",
     "distance_field",
     "double_s_law",
+    "edges_of",
     "equal_area",
     "fastest_law",
     "fit_control_points",
@@ -83,6 +93,7 @@ __all__ = [
     "law_of",
     "law_of_a_reading",
     "left_out",
+    "lifted",
     "mapping_of",
     "march",
     "metrics",
@@ -90,12 +101,16 @@ __all__ = [
     "narrowed",
     "pitch_cosine",
     "read_scan",
+    "read_text",
     "refuse_folded_surface",
     "scan_triangles",
     "solved",
     "spacing",
+    "spin_choice",
+    "spin_kernels",
+    "spin_states",
+    "spin_sweep",
     "squared_feed",
-    "surface_samples",
     "sweep",
     "toppra_law",
     "trapezoid_law",

@@ -16,6 +16,7 @@ PACKAGES = (
     "sdpgrind.finishing",
     "sdpgrind.finishing.arm",
     "sdpgrind.finishing.path",
+    "sdpgrind.finishing.placement",
     "sdpgrind.finishing.roughness",
     "sdpgrind.finishing.study",
     "sdpgrind.finishing.surface",

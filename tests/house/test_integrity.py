@@ -45,6 +45,12 @@ def test_the_digest_is_that_of_the_bytes_with_zeros(tmp_path):
     assert verdict(SEALED) is Verdict.WHOLE
 
 
+def test_a_mark_at_the_very_begin_is_one():
+    raw = b"".join(sealed(b"blake2b-256:" + b"0" * 64 + b" tail"))
+    assert verdict(raw) is Verdict.WHOLE
+    assert verdict(raw[:-1]) is Verdict.WRONG
+
+
 def flipped(raw):
     """Each place of a bit, and the bytes with that bit flipped."""
     for place in range(8 * len(raw)):

@@ -57,6 +57,66 @@ def test_whole_numbers_that_no_float_holds_are_refused(tmp_path):
         records.write(data, tmp_path / "file.nc", "test")
 
 
+@pytest.mark.parametrize("name", ["format", "integrity"])
+def test_attributes_that_the_file_needs_are_refused_and_nothing_is_written(tmp_path, name):
+    data = xr.Dataset({"x": ("k", [1.0])}, attrs={name: "mine"})
+    with pytest.raises(ValueError, match=f"must not be called '{name}', .*; got 'mine'"):
+        records.write(data, tmp_path / "file.nc", "test")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_left_of_a_journal_is_known_by_its_tables_or_as_a_part_of_its_first_page():
+    head = b"SQLite format 3\0"
+    page = head + (4096).to_bytes(2, "big")
+    assert records.was_journal(page + bytes(4096 - len(page) - 1))
+    assert not records.was_journal(page + bytes(4096 - len(page)))  # a whole page without a table
+    assert records.was_journal(head + bytes(511 - len(head)))  # pages have 512 bytes at least
+    assert not records.was_journal(head + bytes(512 - len(head)))
+    assert not records.was_journal(bytes(30)) and not records.was_journal(b"")
+    assert records.was_journal(b"x" * 5000 + records.JOURNAL_TABLES[0].encode())
+
+
+def test_a_plan_is_no_journal_whatever_it_holds_and_a_journal_without_its_head_is_one(tmp_path):
+    table = records.JOURNAL_TABLES[0].encode()
+    for k, (content, told) in enumerate(
+        [(b"CDF\1 " + table, False), (b"x" * 40 + table, True), (b"x" * 40, False)]
+    ):
+        path = tmp_path / f"{k}.db"
+        path.write_bytes(content)
+        assert records.is_journal(path) is told
+
+
+@pytest.mark.parametrize(
+    ("array", "stored"),
+    [
+        (np.array([True, False]), "int8"),
+        (np.array([1, -(2**31)]), "int32"),
+        (np.array([2**31, 2**52]), "float64"),
+        (np.array([1, 255], "uint8"), "int32"),
+        (np.array([1.5], "float32"), "float32"),
+    ],
+)
+def test_dtypes_that_the_format_lacks_are_noted_and_come_back(tmp_path, array, stored):
+    data = xr.Dataset({"x": ("k", array, {"units": "s", "scale_factor": 2.0})}, attrs={"note": "n"})
+    records.write(data, tmp_path / "file.nc", "test")
+    plain = {"decode_times": False, "mask_and_scale": False}
+    with xr.open_dataset(tmp_path / "file.nc", engine="scipy", **plain) as raw:
+        assert raw["x"].dtype.newbyteorder("=") == stored
+        assert raw.attrs["format"] == 2 and raw.attrs["kind"] == "test"
+    back = records.read(tmp_path / "file.nc")
+    assert back["x"].dtype == array.dtype and np.array_equal(back["x"], array)
+    assert back["x"].attrs == {"units": "s", "scale_factor": 2.0} and "format" not in back.attrs
+
+
+def test_a_file_in_memory_keeps_its_content_when_it_is_closed():
+    kept = records._Kept()
+    kept.write(b"abc")
+    assert kept.content == b"abc"
+    kept.close()
+    kept.close()
+    assert kept.content == b"abc" and kept.closed
+
+
 def test_load_refuses_what_is_not_ours(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"existing file; got .*nothing\.nc"):
         sdpgrind.load(tmp_path / "nothing.nc")

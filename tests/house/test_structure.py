@@ -147,7 +147,7 @@ THEMES = {
         "_plant",
     ),
     "sdpgrind.finishing": (
-        "study", "surface", "path", "arm", "timing", "torque", "roughness", "_program", "_problem", "_doubts", "_plant",
+        "study", "surface", "path", "arm", "timing", "torque", "roughness", "placement", "_program", "_problem", "_doubts", "_plant",
     ),
     "centering": (
         "_problem", "circle", "roundness", "monitoring", "setup", "push", "friction", "cycle", "_identify", "_doubts", "_plant",
@@ -354,7 +354,7 @@ AT_MOST = {
     "sdpgrind.weldbead": 25,
     "sdpgrind.plunge": 25,
     "sdpgrind.locus": 26,
-    "sdpgrind.finishing": 36,  # five of them for robots, three for programs, three for parts and scans
+    "sdpgrind.finishing": 38,  # five of them for robots, three for programs, parts and scans, two for placements
     "centering": 35,
 }
 

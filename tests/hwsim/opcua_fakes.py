@@ -1,5 +1,6 @@
 """An axis that keeps what it was told, controllers for it, and a link that can be cut."""
 
+import contextlib
 import socket
 import threading
 from dataclasses import dataclass, field
@@ -82,6 +83,9 @@ class Cable:
 
     def __init__(self, port):
         self._to, self._open = port, []
+        self._flows = threading.Event()
+        self._flows.set()
+        self.resets = 0  # connections of clients that ended by a reset: what was not sent is dropped
         self._door = socket.create_server(("127.0.0.1", 0))
         self.url = f"opc.tcp://127.0.0.1:{self._door.getsockname()[1]}"
         threading.Thread(target=self._accept, daemon=True).start()
@@ -102,14 +106,27 @@ class Cable:
     def _copy(self, one, two):
         try:
             while data := one.recv(65536):
+                self._flows.wait()
                 two.sendall(data)
+        except ConnectionResetError:
+            self.resets += 1
+            two.close()
         except OSError:
             return
+
+    def stall(self):
+        """Hold back all that comes from now on."""
+        self._flows.clear()
+
+    def flow(self):
+        """Deliver what was held back, and what comes."""
+        self._flows.set()
 
     def cut(self):
         """Break the connections; new ones are possible."""
         for end in self._open:
-            end.shutdown(socket.SHUT_RDWR)
+            with contextlib.suppress(OSError):  # reset by a client
+                end.shutdown(socket.SHUT_RDWR)
             end.close()
         self._open = []
 

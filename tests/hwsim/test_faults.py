@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import hwsim
 from hwsim import faults
+from hwsim.faults._plant import warn_of_idle
 from sdpgrind import plunge, weldbead
 
 COUNTER = Counter()
@@ -184,7 +185,10 @@ def test_faults_that_never_strike_change_no_bit(make):
     never = faults.PowerLoss(
         faults.ClockJump(faults.LinkCut(never, at=1e6, duration=1.0), at=1e6, by=1.0), at=1e6
     )
-    plain, log = (hwsim.run(each, controller, parts=2, rng=4) for each in (plant, never))
+    plain = hwsim.run(plant, controller, parts=2, rng=4)
+    with pytest.warns(UserWarning) as told:
+        log = hwsim.run(never, controller, parts=2, rng=4)
+    assert [str(each.message).partition("(")[0] for each in told] == ["LinkCut", "ClockJump", "PowerLoss"]
     assert log.outcome.attrs["plant"] == type(plant).__name__ and log.tiers == plain.tiers
     for name in plain.outcome:
         assert np.array_equal(log.outcome[name].values, plain.outcome[name].values, equal_nan=True), name
@@ -195,6 +199,30 @@ def test_faults_that_never_strike_change_no_bit(make):
         one, two = log["controller"][name], plain["controller"][name]
         assert np.array_equal(one.values, two.values, equal_nan=True), name
         assert one.attrs == two.attrs
+
+
+NEVER = (
+    r"^Stuck\(of='x', at=1000000\) never struck: no part of the run came so far; outcome seen_stuck_x is 0$"
+)
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda plant: hwsim.run(plant, Steady(), parts=2),
+        lambda plant: hwsim.compare(plant, {"one": Steady(), "two": Steady()}, parts=2),
+        lambda plant: hwsim.repeat(plant, Steady(), series=2, parts=2),
+    ],
+)
+def test_a_fault_that_never_struck_is_told_once_at_the_end(run):
+    with pytest.warns(UserWarning, match=NEVER) as told:
+        run(faults.Dropped(faults.Stuck(COUNTER, of="x", at=10**6), at=1))
+    assert len(told) == 1 and told[0].filename == __file__
+    run(faults.Dropped(faults.Stuck(COUNTER, of="x", at=2), share=0.0))  # by chance: nothing is to be told
+
+
+def test_a_fault_that_struck_in_one_part_is_not_told():
+    warn_of_idle(faults.Stuck(COUNTER, at=2), [{"seen_stuck": 0.0}, {"seen_stuck": 3.0}])
 
 
 def test_a_users_own_controller_under_two_faults():

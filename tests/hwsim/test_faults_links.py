@@ -123,13 +123,15 @@ def test_a_loss_of_power_ends_the_part():
     machine.step({"speed": 1.0}, 2**62)
     assert machine.done and machine.time == 6 and machine.outcome()["place"] == pytest.approx(6.0)
     assert isnan(machine.step({"speed": 2.0}, 4)["x"]) and machine.time == 6
-    later = hwsim.run(faults.PowerLoss(COUNTER, at=100.0), Steady())
+    with pytest.warns(UserWarning, match=r"PowerLoss\(at=100 s\) never struck"):
+        later = hwsim.run(faults.PowerLoss(COUNTER, at=100.0), Steady())
     assert later.outcome.aborted == later.outcome.seen_power_loss == 0.0
 
 
 def test_two_losses_of_power_are_one():
     plant = faults.PowerLoss(faults.PowerLoss(COUNTER, at=0.5), at=1.0)
-    outcome = hwsim.run(plant, Steady()).outcome
+    with pytest.warns(UserWarning, match=r"PowerLoss\(at=1 s\) never struck"):
+        outcome = hwsim.run(plant, Steady()).outcome
     assert (outcome.aborted, outcome.seen_power_loss, outcome.seen_power_loss_2) == (1.0, 1.0, 0.0)
 
 
@@ -242,6 +244,12 @@ def test_power_that_is_lost_is_lost_for_the_client_too():
         with pytest.raises(hwsim.Aborted, match=r"the link to opc\.tcp://.* was cut"):
             hwsim.run(plant, Drive(), live=live())
         assert server.state["aborted"] == "power loss" and server.state["parts"] == 0
+        with pytest.raises(hwsim.Aborted, match=r"the link to opc\.tcp://.* was cut"):  # by the next loss
+            hwsim.run(plant, Drive(), live=live())
+        assert (server.state["part"], server.state["aborts"]) == (2, 2)  # the same process, a part more
+        short = Drive(lambda: {"stop": 1.0}, at=3)
+        assert hwsim.run(plant, short, live=live()).outcome.aborted.values.tolist() == [0.0]
+        plant.close()
 
 
 async def stamps(url, paths):

@@ -64,6 +64,29 @@ def test_a_tool_that_is_face_on_finishes_nothing(capsys, tmp_path):
     assert refused(capsys, job).startswith(told) and refused(capsys, job, "--study").startswith(told)
 
 
+@pytest.mark.parametrize(("spin", "kept"), [("6", 6), ('["10 deg", 0.5]', (np.pi / 18, 0.5))])
+def test_a_tool_that_turns_finishes_nothing(spin, kept, capsys, tmp_path):
+    """Also one that leans; its motion is written as a program."""
+    job = tmp_path / "job.toml"
+    text = FACE.format(file="part.step", face="", angle=60).replace('pitch = "12', 'pitch = "24')
+    surface = '[surface]\nshape = "nominal"'
+    job.write_text(text.replace('[surface]\nfile = "part.step"', surface) + f"spin = {spin}\n")
+    assert read(job).problem.spin == pytest.approx(kept)
+    told = "tool.spin must be left out, as no torque of the axis presses a tool that turns about its own axis"
+    assert refused(capsys, job).startswith(told) and refused(capsys, job, "--study").startswith(told)
+    if kept == 6:
+        assert "read back" in said(capsys, job, "--program", "krl", "--out", tmp_path / "out")
+
+
+@pytest.mark.parametrize(("spin", "told"), [("1", "from 2 to 720"), ('"24"', "must be a list of numbers")])
+def test_refused_turns_of_a_job(spin, told, tmp_path):
+    shutil.copy(STEP / "nominal.step", tmp_path / "part.step")
+    job = tmp_path / "job.toml"
+    job.write_text(FACE.format(file="part.step", face="", angle=90) + f"spin = {spin}\n")
+    with pytest.raises(ValueError, match=rf"tool.*spin.*{told}"):
+        read(job)
+
+
 def test_a_region_of_a_scan_is_the_surface(tmp_path):
     x, y = np.meshgrid(np.linspace(0, 20, 15), np.linspace(0, 20, 15))
     np.savetxt(tmp_path / "scan.xyz", np.column_stack([x.ravel(), y.ravel(), 0.2 * x.ravel()]))
@@ -98,3 +121,18 @@ def test_refused_faces_of_a_job(file, face, told, tmp_path):
     job.write_text(FACE.format(file=file, face=face, angle=30))
     with pytest.raises((ValueError, OSError), match=told):
         read(job)
+
+
+def test_advice_on_a_region_is_in_words_of_the_job(tmp_path):
+    """A hole of a third of the square, and a scan without a unit; then with both."""
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, 20, 41), np.linspace(0, 20, 41)))
+    kept = np.hypot(x - 10.0, y - 10.0) > 6.5
+    np.savetxt(tmp_path / "scan.xyz", np.column_stack([x, y, 0.2 * x])[kept] / 25.4)
+    job, words = tmp_path / "job.toml", {"file": "scan.xyz", "angle": 30}
+    job.write_text(FACE.format(**words, face='unit = "in"').replace("12 mm", "6 mm"))
+    told = r"\(keys of this file: \[surface\.region\] box, seed, crease, empty_max; surface\.unit\)"
+    with pytest.raises(ValueError, match=told):
+        read(job)
+    face = 'unit = "in"\n[surface.region]\nbox = [[-1, -1, -1], [21, 21, 5]]\nempty_max = 0.4'
+    job.write_text(FACE.format(**words, face=face).replace("12 mm", "6 mm"))
+    assert read(job).problem.path.patch.area == pytest.approx(400 * 1.04**0.5, rel=1e-6)

@@ -102,6 +102,17 @@ def test_a_command_is_written_once_and_arrays_come_whole():
     assert polled(rules, 8) == SAFE and "path must be a finite number" in rules.trip.reason
 
 
+def test_a_command_that_the_gate_reads_late_is_not_forwarded():
+    runner, rules = pair()
+    runner.hand({"rate": 1.0}, 0)
+    runner.renew(50 * MS)
+    assert polled(rules, 50) == {"rate": 1.0}
+    runner.hand({"rate": 2.0}, 60 * MS)
+    runner.renew(111 * MS)  # the runner waits; the gate was held up by a heartbeat on its way
+    assert polled(rules, 111) == SAFE and rules.trip.by == "gate"
+    assert rules.trip.reason == "a command waited 51 ms for the link, longer than the deadline of 50 ms"
+
+
 def test_what_a_runner_asks_for_comes_first_and_the_first_reason_counts():
     runner, rules = pair()
     runner.hand({"rate": 1.0}, MS)
@@ -149,7 +160,7 @@ def test_records_of_another_part_and_a_dead_runner():
 
 
 def test_records_pass_bytes_unchanged():
-    told = Handed(3, 7, 123, 1, "runner", "Tür offen\nzweite Zeile", b"\0" * 16)
+    told = Handed(3, 7, 123, 98, 1, "runner", "Tür offen\nzweite Zeile", b"\0" * 16)
     assert Handed.unpacked(told.packed()) == told
     for trip in (None, Trip("late", "gate", 0.05)):
         answer = GateAnswer(3, 7, True, trip, "no")

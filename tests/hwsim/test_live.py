@@ -5,6 +5,7 @@ import signal
 import sqlite3
 import threading
 import time
+from functools import partialmethod
 from typing import ClassVar
 
 import numpy as np
@@ -24,7 +25,10 @@ from live_fakes import (
 )
 
 import hwsim
-from hwsim._loop.loop import run
+from hwsim._log.labels import Labels
+from hwsim._loop.loop import RunSeries, run
+from hwsim._part.kept_motions import KeptMotions
+from hwsim._part.part import LivePart
 from hwsim._report.releases import missed_releases
 from sdpgrind import DamagedFileError, plunge, weldbead
 
@@ -515,11 +519,6 @@ def test_delays_and_ages_of_a_tier_behind_another_and_the_fastest_leads():
 
 
 def test_adaptations_never_see_an_aborted_part():
-    from hwsim._log.labels import Labels
-    from hwsim._loop.loop import RunSeries
-    from hwsim._part.kept_motions import KeptMotions
-    from hwsim._part.part import LivePart
-
     plant, controller, seen = noisy_tank(), Drain(), Faster()
     series = RunSeries(plant, None, controller, seen, Labels.of(plant, controller), KeptMotions())
     series.learn(LivePart({}, {"aborted": np.array(1.0), "leak": np.array(9.0)}))
@@ -534,6 +533,56 @@ def test_what_the_operator_did_is_in_the_journal(tmp_path):
     with hwsim.Journal(tmp_path / "run.db") as journal:
         told = [(act.who, act.what) for act in journal.acts]
     assert told == [("night shift", "pause"), ("program", "resume")]
+
+
+class GivingUp:
+    """An adaptation that pauses the run, and raises."""
+
+    def __init__(self, operator):
+        self.operator = operator
+
+    def __deepcopy__(self, kept):
+        return self
+
+    def next(self, controller, part_log):
+        self.operator.pause(who="night shift")
+        raise ArithmeticError("no")
+
+
+def test_an_act_is_not_lost_with_the_run_that_an_error_of_the_caller_ends(tmp_path):
+    operator, path = live(), tmp_path / "run.db"
+    tank, tap = Tank(level=0.5, tick=0.01), Drain(10.0)
+    with pytest.raises(ArithmeticError):
+        hwsim.run(tank, tap, parts=2, live=operator, journal=path, adapt=GivingUp(operator))
+    with hwsim.Journal(path) as journal:
+        assert [(act.who, act.what, act.part) for act in journal.acts] == [("night shift", "pause", 0)]
+    assert operator.unwritten_acts() == ()
+
+
+def test_acts_are_marked_once_the_journal_has_them():
+    class Full:
+        full, told = True, ()
+
+        def add(self, number, part, acts):
+            if self.full:
+                raise OSError("disk full")
+            self.told += acts
+
+        note = partialmethod(add, 0, None)
+
+    operator, book = live(), Full()
+    series = RunSeries(Tank(), None, Drain(), None, None, KeptMotions(), operator)
+    operator.pause()
+    for write in (lambda: series._write(book, 0, None), lambda: series._note(book)):
+        book.full = True
+        with pytest.raises(OSError, match="disk full"):
+            write()
+        assert len(operator.unwritten_acts()) == 1
+        book.full, before = False, len(book.told)
+        write()
+        assert operator.unwritten_acts() == () and len(book.told) == before + 1
+        operator.resume()
+    assert [act.what for act in book.told] == ["pause", "resume"]
 
 
 @pytest.mark.parametrize(

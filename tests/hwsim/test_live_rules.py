@@ -110,6 +110,25 @@ def test_changes_handed_between_two_polls_are_joined():
     assert rule.poll(3 * MS) == {}
 
 
+def test_a_command_that_the_link_held_up_is_not_forwarded_however_alive_the_controller_is():
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    rule.hand({"rate": 1.0}, 10 * MS)
+    rule.renew(60 * MS)  # it waits until its command is taken
+    assert rule.poll(60 * MS) == {"rate": 1.0}  # as old as the deadline
+    rule.hand({"rate": 2.0}, 70 * MS)
+    rule.hand({"speed": 3.0}, 120 * MS)
+    assert rule.poll(121 * MS) == SAFE
+    limit = "longer than the deadline of 50 ms"
+    assert rule.trip == (f"a command waited 51 ms for the link, {limit}", "link", pytest.approx(0.001))
+
+
+def test_a_sign_of_life_is_never_too_old():
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    rule.hand({}, 10 * MS)
+    rule.renew(300 * MS)
+    assert rule.poll(310 * MS) == {} and rule.trip is None
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), [1.0, float("nan")], "0.01", None, 1j])
 def test_what_is_no_finite_number_is_never_forwarded(value):
     rule = Forwarding(SAFE, 50 * MS, 0)

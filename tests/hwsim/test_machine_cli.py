@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -49,6 +50,15 @@ def said(capsys, status, *arguments):
     return capsys.readouterr()
 
 
+def terminated_in_the_next_part(machine):
+    """Send SIGTERM to this process once the machine makes another part, however long that takes."""
+    before = machine.state["part"]
+    until = time.monotonic() + 120.0
+    while machine.state["part"] == before and time.monotonic() < until:
+        time.sleep(0.01)
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
 def test_in_lockstep_the_report_is_that_of_a_simulation(plan, capsys):
     simulated = said(capsys, 0, "--plan", plan, "--parts", 2, "--rng", 3).out
     with hwsim.serve(hwsim.PlungeGrinder(PROBLEM), ANY, speed=None, security="none") as server:
@@ -71,12 +81,12 @@ def test_a_signal_makes_safe_says_so_before_pictures_and_is_the_status(
 ):
     folder = tmp_path / "run"
     options = ["--plan", plan, "--machine", machine.url, *OPEN, "--safe", "retract=1", "--deadline", "2 s"]
-    timer = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGTERM))
-    timer.start()
+    terminator = threading.Thread(target=terminated_in_the_next_part, args=(machine,))
+    terminator.start()
     told, keep = [], RunFolder.keep
     monkeypatch.setattr(RunFolder, "keep", lambda *a: told.append(capsys.readouterr().err) or keep(*a))
     out, error = said(capsys, 143, *options, "--parts", 100, "--out", folder, "--no-pictures")
-    timer.join()
+    terminator.join()
     assert "SIGTERM" in out and error == ""
     assert "hwsim: part 0 was aborted and the machine made safe: SIGTERM" in told[0]
     with hwsim.Journal(folder / "run.db") as journal:

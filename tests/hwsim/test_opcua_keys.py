@@ -5,13 +5,15 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
+from asyncua import ua
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
 from opcua_fakes import ANY, Axis, Drive, live
 
 import hwsim
 from hwsim import cli
-from hwsim.opcua import _keys
+from hwsim.opcua import _desk, _keys
+from hwsim.opcua._desk import Failures
 
 USERS = {"operator": "correct horse", "observer": "battery"}
 
@@ -71,8 +73,8 @@ def test_a_user_that_is_not_known_is_refused(keys, user):
     with hwsim.serve(Axis(), ANY, security=keys, users=USERS) as own, pytest.raises(PermissionError) as error:
         hwsim.OpcuaPlant(own.url, security=keys, user=user)
     assert str(error.value) == (
-        f"user must be one that {own.url} knows, with its password; "
-        "after too many failed logins from this address none is let in for a minute"
+        f"user must be one that {own.url} knows, with its password, "
+        "or too many failed logins came from this address: wait a minute"
     )
 
 
@@ -83,6 +85,33 @@ def test_after_five_failed_logins_an_address_waits(keys):
                 hwsim.OpcuaPlant(own.url, security=keys, user=("operator", "guess"))
         with pytest.raises(PermissionError):
             hwsim.OpcuaPlant(own.url, security=keys, user=("operator", USERS["operator"]))
+
+
+class Peer:
+    """A session as the desk names it."""
+
+    def __init__(self, host):
+        self.name = (host, 50000)
+
+
+def test_who_guesses_locks_out_himself_and_for_a_minute_only(monkeypatch):
+    now = [1000.0]
+    monkeypatch.setattr(_desk, "monotonic", lambda: now[0])
+    failures, guesser = Failures(), Peer("10.0.0.5")
+    for _ in range(4):
+        failures.count(guesser, b"his")
+    failures.refuse(guesser, b"his")  # four are borne
+    failures.count(guesser, b"his")
+    with pytest.raises(ua.uaerrors.BadUserAccessDenied):
+        failures.refuse(guesser, b"his")
+    failures.refuse(Peer("10.0.0.6"), b"his")  # another address
+    failures.refuse(guesser, b"the operator's")  # by the same router
+    now[0] += 59.0
+    with pytest.raises(ua.uaerrors.BadUserAccessDenied):
+        failures.refuse(guesser, b"his")  # which does not count: he waits no longer for it
+    now[0] += 1.0
+    failures.refuse(guesser, b"his")
+    assert not failures._at  # nothing is kept of who has gone
 
 
 def test_a_server_that_is_not_trusted_is_refused(server, strangers):

@@ -19,6 +19,7 @@ import hwsim
 import sdpgrind
 from hwsim._live.forwarding import Forwarding
 from hwsim.opcua import _begin
+from hwsim.opcua._link import writes
 from hwsim.opcua._live_part import Watch
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._remote import Remote
@@ -294,6 +295,75 @@ def test_a_cut_link_ends_the_part_and_the_machine_makes_itself_safe():
         ]  # a fresh session
         plant.close()
         cable.close()
+
+
+def test_after_a_stall_nothing_is_delivered_late_and_the_session_is_not_used_again():
+    axis = Axis(length=60.0)
+    with served(axis, timeout=0.2) as server:
+        cable = Cable(int(server.url.rpartition(":")[2]))
+        plant = hwsim.OpcuaPlant(cable.url, security="none")
+        odd = Drive(lambda: cable.stall() or {"velocity": 3.0})
+        with pytest.raises(hwsim.Aborted, match=r"it is not known whether the machine is safe"):
+            hwsim.run(plant, odd, live=live())
+        assert not plant._link.alive  # though nothing was closed at the other end
+        cable.flow()
+        until = time.monotonic() + 5
+        while not cable.resets and time.monotonic() < until:
+            time.sleep(0.01)
+        assert cable.resets == 1  # what this end had not sent is gone; what had left it meets the latch
+        assert not any(command.get("velocity") == 3.0 for _, command in axis.told)
+        short = Drive(lambda: {"stop": 1.0}, at=3)
+        assert hwsim.run(plant, short, live=live()).outcome.aborted.values.tolist() == [0.0]
+        plant.close()
+        cable.close()
+
+
+@pytest.mark.parametrize(
+    ("error", "kind", "said"),
+    [
+        (ua.uaerrors.BadSessionClosed(), ConnectionError, "the link to .* was cut"),
+        (TimeoutError(), ConnectionError, "the link to .* was cut"),
+        (ConnectionError("gone"), ConnectionError, "the link to .* was cut"),
+        (ua.uaerrors.BadTypeMismatch(), ValueError, "did not take a list to write: BadTypeMismatch: "),
+        (ua.uaerrors.BadOutOfRange(), ValueError, "did not take a list to write: BadOutOfRange: "),
+        (ua.uaerrors.BadNotWritable(), ValueError, "did not take a list to write: BadNotWritable: "),
+        (ua.uaerrors.BadEncodingError(), ValueError, "did not take a list to write: BadEncodingError: "),
+        (ua.UaError("no such type"), ValueError, "did not take a list to write: UaError: no such type"),
+        (ua.uaerrors.BadUserAccessDenied(), PermissionError, "to write: BadUserAccessDenied: "),
+    ],
+)
+def test_what_is_not_taken_is_no_cut_link(axis, monkeypatch, error, kind, said):
+    with served(axis) as server:
+        plant = behind(server)
+        link = plant._link
+
+        async def refused(parameters):
+            raise error
+
+        monkeypatch.setattr(link.client.uaclient.session, "write", refused)
+        with pytest.raises(kind, match=said) as told:
+            link.loop.run(link.write(writes({})))
+        assert type(told.value) is kind and link.alive == (kind is not ConnectionError)
+        plant.close()
+
+
+def test_a_list_that_the_machine_does_not_take_makes_it_safe_over_the_same_session(axis):
+    with served(axis) as server:
+        plant = behind(server)
+        session, given = plant._link.client.uaclient.session, []
+        write = session.write
+
+        async def once(parameters):
+            given.append(parameters)
+            if len(given) == 4:
+                raise ua.uaerrors.BadTypeMismatch
+            return await write(parameters)
+
+        session.write = once
+        with pytest.raises(hwsim.Aborted, match=r"safe: ValueError: .* did not take .*: BadTypeMismatch"):
+            hwsim.run(plant, Drive(), live=live())
+        assert axis.told[-1][1] == {"velocity": 0.0, "stop": 1.0}
+        plant.close()
 
 
 class Unlucky(Drive):

@@ -10,7 +10,8 @@ from asyncua import Server, ua
 from opcua_fakes import Drive, live
 
 import hwsim
-from hwsim.opcua._foreign import read_nodes
+from hwsim.opcua._counters import SampleCounters, moved
+from hwsim.opcua._foreign import ForeignMachine, read_nodes
 from hwsim.opcua._kinds import ends
 from hwsim.opcua._space import StandardNodes
 
@@ -181,6 +182,46 @@ def test_ends_of_types(name):
     assert ends(kind) == (-whole * 2 ** (bits - 1), 2 ** (bits - whole) - 1)
 
 
+@pytest.mark.parametrize(
+    ("name", "before", "now", "steps"),
+    [
+        ("UInt32", 2**32 - 1, 0, 1),
+        ("UInt32", 7, 7, 0),
+        ("UInt32", 7, 9, 2),
+        ("UInt32", 1000, 0, -1000),
+        ("Int16", 32767, -32768, 1),
+        ("Int16", -1, 3, 4),
+        ("Int16", 0, -32768, -32768),  # half of its numbers: not on its way round any more
+        ("UInt16", 0, 32767, 32767),
+        ("Byte", 255, 1, 2),
+        ("SByte", 100, -128, 28),
+        ("UInt64", 2**64 - 1, 1, 2),
+    ],
+)
+def test_a_counter_that_runs_over_has_moved_on(name, before, now, steps):
+    assert moved(ua.VariantType[name], before, now) == steps
+
+
+def test_the_slowest_counter_tells_what_is_new():
+    counters, kinds = SampleCounters(), {"a": ua.VariantType.UInt16, "b": ua.VariantType.Byte}
+    given = [(65535, 254), (65535, 254), (0, 254), (2, 254), (2, 255), (3, 0), (3, 1), (4, 0), (5, 1)]
+    told = [counters.look({"a": a, "b": b}, kinds) for a, b in given]
+    assert told == [0, 0, 0, 0, 1, 2, 2, 1, 2]  # b went back in the last but one
+
+
+@pytest.mark.parametrize(("status", "last"), [(ua.StatusCodes.BadNoCommunication, 0), (0, 1)])
+def test_a_counter_of_a_bad_quality_tells_no_new_sample(tmp_path, status, last):
+    machine = ForeignMachine(None, read_nodes(table(tmp_path)))
+    machine._types = {"ns=2;s=DB.Counter": ua.VariantType.UInt32}
+    place, done = (ua.DataValue(ua.Variant(value)) for value in (1.0, False))
+    counters = [
+        ua.DataValue(ua.Variant(count, ua.VariantType.UInt32), StatusCode=ua.StatusCode(state))
+        for count, state in ((2**32 - 1, 0), (0, status))
+    ]
+    seen = [machine.seen({"place": ""}, [place, counter, done], 0) for counter in counters]
+    assert [each.sequence for each in seen] == [0, last] and not seen[-1].done
+
+
 def failing(machine, name, after):
     """Let one call of a method of a machine raise in the link's thread."""
     method, calls = getattr(machine, name), []
@@ -321,8 +362,17 @@ def test_missing_limits_are_told(plc, tmp_path):
     text = TABLE.replace('min = "-600 mm/min"\n', "").replace('max = "600 mm/min"\n', "")
     plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
     assert str(hwsim.check(plant, Drive())).splitlines()[1:] == [
-        "- nodes gives no min and max of velocity: only the machine's own limits are kept"
+        "- nodes gives no min and max of velocity: only the machine's own limits are kept",
+        "- nodes gives no machine.aborted: it is not seen whether the machine latches, and one that does not may "
+        "take a command that a stalled network delivers late",
     ]
+    plant.close()
+
+
+def test_a_machine_that_tells_its_latch_has_no_note_of_it(plc, tmp_path):
+    text = TABLE + 'aborted = "ns=2;s=DB.Event"\n'
+    plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, text), security="none")
+    assert plant.notes == ()
     plant.close()
 
 

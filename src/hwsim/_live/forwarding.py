@@ -32,12 +32,13 @@ class Forwarding:
         self.by, self.handed = by, 0
         self.waits = False  # whether the controller's thread waits for the machine, and is in no step
         self._safe, self._deadline, self._life = dict(safe), deadline, now
-        self._waiting: deque[Mapping[str, Any]] = deque()
+        self._waiting: deque[tuple[int, Mapping[str, Any]]] = deque()  # ns when it was handed over
         self._asked: tuple[str, str] | None = None
 
     def hand(self, command: Mapping[str, Any], now: int) -> None:
         """Hand over changed commands."""
-        self._waiting.append(command)
+        if command:  # else it is a sign of life alone, which never is too old to be sent
+            self._waiting.append((now, command))
         self._life = now
         self.handed += 1  # last: who reads it finds the command
 
@@ -91,13 +92,21 @@ class Forwarding:
             self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms{slow}", self.by)
         command: dict[str, Any] = {}
         while self._waiting and self._asked is None:
-            command |= self._waiting.popleft()
+            handed, changes = self._waiting.popleft()
+            self._refuse_old(now - handed)
+            command |= changes
         if odd := [name for name, value in command.items() if not _finite(value)]:
             self.ask(f"{odd[0]} must be a finite number; got {command[odd[0]]!r}", self.by)
         if self._asked is None:
             return command
         self.trip = Trip(*self._asked, (now - self._life) / 1e9)
         return self._safe
+
+    def _refuse_old(self, age: int) -> None:
+        """Ask for the safe command where a command is older (ns) than the deadline: the link held it up."""
+        if age > self._deadline:
+            limit = f"longer than the deadline of {self._deadline / 1e6:g} ms"
+            self.ask(f"a command waited {age / 1e6:.0f} ms for the link, {limit}", self.by)
 
 
 def _finite(value: Any) -> bool:

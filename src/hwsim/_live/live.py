@@ -223,11 +223,13 @@ class Live:
         if self.reason is not None:
             raise Aborted(f"no part was begun: {self.reason}")
 
-    def taken_acts(self) -> tuple[OperatorAct, ...]:
-        """Return the acts since the last call (private to this package)."""
-        taken = tuple(self._acts[self._written :])  # another thread may append
-        self._written += len(taken)
-        return taken
+    def unwritten_acts(self) -> tuple[OperatorAct, ...]:
+        """Acts that are not in the journal yet (private to this package)."""
+        return tuple(self._acts[self._written :])  # another thread may append
+
+    def note_written(self, acts: int) -> None:
+        """Note that the journal has so many more acts (private to this package); after it has them."""
+        self._written += acts
 
     def __repr__(self) -> str:
         return f"<hwsim.Live: {self.state}, deadline {self.deadline:g} s>"

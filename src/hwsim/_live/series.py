@@ -4,7 +4,6 @@ import copy
 import gc
 import signal
 import threading
-import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
@@ -24,6 +23,7 @@ from hwsim._part.part import LivePart, PartLoop
 from hwsim._part.routes import controllers
 from hwsim.protocols import Controller, Machine, Plant
 from sdpgrind.base import checks
+from sdpgrind.base.warned import warn
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -56,9 +56,7 @@ def _check_safe(live: Live, plant: Plant) -> None:
         checks.within(f"safe[{name!r}]", value, low, high, plant.accepts[name])
     own = getattr(plant, "safe", None) or {}
     if not live.shadow and any(live.safe.get(name) != value for name, value in own.items()):
-        warnings.warn(
-            f"safe differs from the machine's own safe command, {dict(own)}; got {live.safe}", stacklevel=4
-        )
+        warn(f"safe differs from the machine's own safe command, {dict(own)}; got {live.safe}")
 
 
 def _refuse_of_real(live: Live, plant: str) -> None:

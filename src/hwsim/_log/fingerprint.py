@@ -175,7 +175,7 @@ def _object(thing: Any, home: Home) -> list[Any]:
     if home is _former_home and hasattr(thing, "_former_fields"):
         return list(thing._former_fields)
     if dataclasses.is_dataclass(thing):
-        younger = _YOUNGER.get(type(thing).__qualname__, ())
+        younger = {*_YOUNGER.get(type(thing).__qualname__, ()), *getattr(thing, "_younger", ())}
         return [
             (f.name, getattr(thing, f.name))
             for f in dataclasses.fields(thing)

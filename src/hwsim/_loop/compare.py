@@ -23,6 +23,7 @@ from hwsim._loop.loop import (
 from hwsim._part.clock import Clock
 from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart
+from hwsim.faults._plant import warn_of_idle
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import in_order
@@ -107,7 +108,7 @@ def compare(
     learning = _adaptations(adapt, controllers, executor)
     parts = checks.count("parts", parts)
     rngs = children(rng, parts)
-    runs, kept = {}, KeptMotions()
+    runs, kept, outcomes = {}, KeptMotions(), list[Mapping[str, Any]]()
     for k, (name, controller) in enumerate(controllers.items()):
         fitted, clock = checked_clock(plant, controller, name)
         check_order(fitted, executor)
@@ -118,6 +119,8 @@ def compare(
             done.append(part)
             progress((k + len(done) / parts) / len(controllers), f"{name}: part {len(done)} of {parts}")
         runs[name] = _frames.from_parts(done, labels)
+        outcomes += [part.outcome for part in done]
+    warn_of_idle(plant, outcomes)
     log = Log(lambda: _frames.side_by_side(runs))
     log.made_of = {"plant": plant, "controllers": dict(controllers), "rng": rng, "adaptations": learning}
     return log
@@ -200,6 +203,7 @@ def repeat(
     for outcomes in in_order(work, rngs, executor, AHEAD):
         done.append(outcomes)
         progress(len(done) / series, f"series {len(done)} of {series}")
+    warn_of_idle(plant, [part.outcome for each in done for part in each])
     return _frames.repeated(done, labels)
 
 

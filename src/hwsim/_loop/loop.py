@@ -2,9 +2,9 @@
 
 import copy
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -15,6 +15,7 @@ import numpy as np
 
 from hwsim._live.live import Aborted, Live
 from hwsim._live.series import check_live, operated, rehearse, run_live
+from hwsim._log.acts import OperatorAct
 from hwsim._log.journal import Journal
 from hwsim._log.labels import Labels, aborted
 from hwsim._log.log import Log
@@ -22,6 +23,7 @@ from hwsim._loop.check import checked_clock, other_job
 from hwsim._part.clock import Clock
 from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart, run_part
+from hwsim.faults._plant import warn_of_idle
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
 from sdpgrind.base.budget import afford
@@ -144,6 +146,7 @@ def run(
                 _afford(parts, part)
             logger.debug("part %d of %d is finished", len(done), parts)
             progress(len(done) / parts, f"part {len(done)} of {parts}")
+    warn_of_idle(plant, [part.outcome for part in done])
     log = Log.of(done, labels)
     log.made_of = {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}
     return log
@@ -233,15 +236,27 @@ class RunSeries:
                 except Exception as refused:
                     error.add_note(f"and the journal could not be written: {refused}")
                 raise
+            except BaseException:  # the caller's too: what the operator did is not lost by it
+                with suppress(Exception):  # the error that is on its way is told
+                    self._note(book)
+                raise
 
     def _write(self, book: Journal | None, number: int, part: LivePart) -> None:
         if book:
-            book.add(number, part, self.live.taken_acts() if self.live else ())
+            acts = self.live.unwritten_acts() if self.live else ()
+            book.add(number, part, acts)
+            self._written(acts)
 
     def _note(self, book: Journal | None) -> None:
         """Write what the operator did after the last part."""
-        if book and self.live and (acts := self.live.taken_acts()):
+        if book and self.live and (acts := self.live.unwritten_acts()):
             book.note(acts)
+            self._written(acts)
+
+    def _written(self, acts: Sequence[OperatorAct]) -> None:
+        """Mark acts, once they are in the journal: an error before loses none."""
+        if self.live:
+            self.live.note_written(len(acts))
 
     def in_order(self, waiting: Iterable[Numbered], executor: Executor | None) -> Iterator[LivePart]:
         """Run the waiting parts and yield them in order, each as soon as it is finished, as `kept`."""

@@ -176,7 +176,8 @@ class Stuck(OfReading):
     plant : Plant
         Simulated plant, perhaps one with other faults.
     at : int
-        Number of the last good sample, from 0.
+        Number of the last good sample, from 0. A run whose parts all end before warns, as for every fault
+        that is told when to strike.
     of : str, optional
         Measurement that sticks. None: all of them.
 

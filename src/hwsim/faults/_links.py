@@ -172,8 +172,10 @@ class PowerLoss(Faulty):
 
     An adaptation never sees such a part, and the plant does not change by it (``after``). Served free running
     (`hwsim.serve`), the machine ends the part as aborted and the server closes the connections of its clients
-    once, as a machine that starts again; the process goes on. Outcome: ``aborted`` (1: the power was lost)
-    and ``seen_power_loss``, the same.
+    once, as a machine that starts again: it makes the next part. No process ends, as a stand that is served
+    belongs to the program that serves it; `hwsim.opcua.Served.stop` ends a server for good. In lockstep the
+    part ends as in a simulation. Outcome: ``aborted`` (1: the power was lost) and ``seen_power_loss``, the
+    same.
 
     Parameters
     ----------
@@ -248,6 +250,6 @@ class _PoweredMachine(FaultyMachine):
 
     @property
     def shown_faults(self) -> ShownFaults:
-        """What the faults do to the server: it ends without a word."""
+        """What the faults do to the server: its connections end without a word."""
         told = shown_faults(self.inner)
         return told._replace(cut=True, lost=told.lost or "power loss") if self._lost else told

@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from hwsim._part.clock import exact, simplest
 from hwsim.faults._machine import FaultyMachine
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, custom, described
+from sdpgrind.base.warned import warn
 
 _PASSED = ("job", "safe", "ranges", "sample_ticks", "tables")  # as the plant has them
 _WRAPPED = ("with_tick", "after")  # they return another plant
@@ -29,6 +30,16 @@ def checked_plant(name: str, plant: Any) -> Any:
             f"{name} must be {_PLANT}: a real machine has faults of its own; got {checks.shown(plant)}"
         )
     return plant
+
+
+def warn_of_idle(plant: Any, outcomes: Sequence[Mapping[str, Any]]) -> None:
+    """Warn of each fault that was told when to strike, and struck in no part of a run."""
+    if not isinstance(plant, Faulty):
+        return
+    warn_of_idle(plant.plant, outcomes)
+    if plant._has_place and not any(float(told.get(plant.seen, 1.0)) for told in outcomes):
+        own = Described.__repr__(plant)
+        warn(f"{own} never struck: no part of the run came so far; outcome {plant.seen} is 0")
 
 
 def class_name(plant: Any) -> str:
@@ -95,6 +106,11 @@ class Faulty(Described):
         """
         own = self._child(rng)
         return self._machine(self.plant.start(rng), own)
+
+    @property
+    def _has_place(self) -> bool:
+        """Whether it strikes at a place in the part that is told, and not by chance."""
+        return getattr(self, "at", None) is not None
 
     def _machine(self, machine: Any, rng: np.random.Generator) -> FaultyMachine:
         return FaultyMachine(machine, self.seen)

@@ -1,6 +1,5 @@
 """Beginning of a live part: what is refused before anything moves, pauses, a session where there is none."""
 
-import warnings
 from collections.abc import Mapping
 
 from hwsim._live.live import Live
@@ -12,6 +11,7 @@ from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
 from hwsim.opcua._shadow import followed
 from sdpgrind.base import checks
+from sdpgrind.base.warned import warn
 
 _EXCHANGES = 3  # round trips that a deadline must be longer than; chosen: read, write, one that is late
 
@@ -68,10 +68,9 @@ def check_safe(told: Declaration, live: Live) -> None:
 def check_deadline(remote: RemoteMachine, live: Live, watchdog: float) -> None:
     """Refuse a deadline that the link cannot keep; warn of one beyond the machine's watchdog (s)."""
     if 0 < watchdog < live.deadline:
-        warnings.warn(
+        warn(
             f"deadline is longer than the time limit of the machine's own watchdog, {watchdog:g} s, "
-            f"which comes first; got {live.deadline:g}",
-            stacklevel=2,
+            f"which comes first; got {live.deadline:g}"
         )
     trip = remote.link.loop.run(remote.round_trip())
     if live.deadline <= _EXCHANGES * trip:

@@ -19,7 +19,7 @@ from hwsim.opcua._space import Space
 
 _LONGEST = 1000  # nodes a call; chosen: far above any plant
 _SESSIONS = 16  # chosen: a controller, screens and recorders
-_FAILED, _MINUTE = 5, 60.0  # logins of an address, s; chosen: a person mistypes less, a program tries more
+_FAILED, _MINUTE = 5, 60.0  # logins, s; chosen: a person mistypes less, a program tries more
 _log = logging.getLogger(__name__)
 Method = Callable[..., Awaitable[list[ua.Variant]]]
 _DOUBLE, _INT, _BOOL, _TEXT = (
@@ -71,7 +71,7 @@ class FrontDesk:
     def activate(self, session: Session, certificate: bytes | None) -> None:
         """Refuse a peer that is not trusted or failed to log in too often, and a session too many."""
         if self._keys is not None:
-            self._failed.refuse(session)
+            self._failed.refuse(session, certificate)
             if said := self._keys.keys.refusal(certificate):
                 _log.info("%s was refused: %s", called(session), said)
                 raise ua.uaerrors.BadCertificateUntrusted
@@ -80,10 +80,10 @@ class FrontDesk:
             self._sessions.discard(session)
             raise ua.uaerrors.BadTooManySessions
 
-    def failed(self, session: Session) -> None:
+    def failed(self, session: Session, certificate: bytes | None) -> None:
         """Count a failed login."""
         self._sessions.discard(session)
-        self._failed.count(session)
+        self._failed.count(session, certificate)
 
     @property
     def operator(self) -> str:
@@ -221,21 +221,31 @@ class FrontDesk:
 
 
 class Failures:
-    """Failed logins an address, within a minute."""
+    """Failed logins within a minute, of one address with one certificate.
+
+    Who guesses locks out himself: not another address, nor one who came by the same address with a
+    certificate of his own. A peer without a trusted certificate is refused before, and is not counted.
+    """
 
     def __init__(self) -> None:
-        self._at: dict[str, list[float]] = {}
+        self._at: dict[tuple[str, bytes | None], list[float]] = {}
 
-    def count(self, session: Session) -> None:
+    def count(self, session: Session, certificate: bytes | None) -> None:
         """Count a failed login."""
-        self._at.setdefault(_host(session), []).append(monotonic())
+        self._forget()
+        self._at.setdefault((_host(session), certificate), []).append(monotonic())
 
-    def refuse(self, session: Session) -> None:
-        """Refuse an address that failed too often."""
-        recent = [at for at in self._at.get(_host(session), []) if at > monotonic() - _MINUTE]
-        self._at[_host(session)] = recent
-        if len(recent) >= _FAILED:
+    def refuse(self, session: Session, certificate: bytes | None) -> None:
+        """Refuse one who failed too often; attempts meanwhile do not count."""
+        self._forget()
+        if len(self._at.get((_host(session), certificate), ())) >= _FAILED:
             raise ua.uaerrors.BadUserAccessDenied
+
+    def _forget(self) -> None:
+        """Drop what is older than a minute."""
+        since = monotonic() - _MINUTE
+        recent = {peer: [at for at in times if at > since] for peer, times in self._at.items()}
+        self._at = {peer: times for peer, times in recent.items() if times}
 
 
 async def _answered(work: Awaitable[None]) -> list[ua.Variant]:

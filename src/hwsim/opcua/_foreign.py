@@ -11,6 +11,7 @@ from asyncua import ua
 
 from hwsim._live.live import Live
 from hwsim.command._toml import Table, read
+from hwsim.opcua._counters import SampleCounters
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._kinds import COUNT, EITHER, KINDS, NUMBER, SWITCH, commanded, variant
 from hwsim.opcua._link import ClientLink, reads, writes
@@ -132,6 +133,7 @@ class ForeignMachine:
         self._types: dict[str, ua.VariantType] = {}
         self._part, self._was_done = 0, True
         self._sequence, self._event = -1, 0  # the last ones that were told
+        self._counters = SampleCounters()
         self._samples = tuple(dict.fromkeys(p.sample for p in nodes.measures.values() if p.sample))
         self._rest = tuple(key for key in ("event", "done", "aborted") if key in nodes.machine)
 
@@ -294,7 +296,8 @@ class ForeignMachine:
         reading = {n: self._factor(n) * read_number(each) for n, each in zip(names, measured, strict=True)}
         of = dict(zip(self._rest, rest[len(self._samples) :], strict=True))
         if not any(each != each for each in rest):  # else it is no new sample, and goes stale
-            self._sequence = int(sum(rest[: len(self._samples)])) if self._samples else asked
+            counts = dict(zip(self._samples, map(int, rest), strict=False))
+            self._sequence = self._counters.look(counts, self._types) if counts else asked
             self._event = int(of.get("event", 0))
         stopped = _true(of.get("aborted", 0))
         return ReadSample(

@@ -17,7 +17,7 @@ from hwsim.opcua._slots import Slots
 RECORD: Final = 1 << 22  # bytes for two records each way; chosen: a message of 1 MiB, and its names
 NOTHING, ASK, OVER = range(3)
 """What a runner wants beside commands: the safe command, or that nothing more is written."""
-_HEAD: Final = struct.Struct("<QQqBH")  # part, number, ns, what is wanted, bytes of who and why
+_HEAD: Final = struct.Struct("<QQqqBH")  # part, number, ns twice, what is wanted, bytes of who and why
 _LONGEST = 1000  # characters of a reason; chosen: a line on a screen has less
 
 
@@ -27,6 +27,7 @@ class Handed(NamedTuple):
     part: int
     number: int  # of the command
     time: int  # of the last sign of life, ns
+    handed: int = 0  # when the command was handed over, ns
     wanted: int = NOTHING
     by: str = ""
     reason: str = ""
@@ -35,15 +36,16 @@ class Handed(NamedTuple):
     def packed(self) -> bytes:
         """Return the bytes of a record."""
         said = f"{self.by}\n{self.reason[:_LONGEST]}".encode()
-        return _HEAD.pack(self.part, self.number, self.time, self.wanted, len(said)) + said + self.values
+        head = self.part, self.number, self.time, self.handed, self.wanted, len(said)
+        return _HEAD.pack(*head) + said + self.values
 
     @classmethod
     def unpacked(cls, content: bytes) -> "Handed":
         """Read the bytes of a record."""
-        part, number, at, wanted, length = _HEAD.unpack_from(content)
+        part, number, at, handed, wanted, length = _HEAD.unpack_from(content)
         end = _HEAD.size + length
         by, _, reason = content[_HEAD.size : end].decode().partition("\n")
-        return cls(part, number, at, wanted, by, reason, content[end:])
+        return cls(part, number, at, handed, wanted, by, reason, content[end:])
 
 
 class GateAnswer(NamedTuple):
@@ -93,7 +95,7 @@ class GateRules(Forwarding):
 
     def _take_in(self, told: Handed) -> None:
         if told.number != self.handed:
-            self.hand(unblocked(self._names, array("d", told.values)), told.time)
+            self.hand(unblocked(self._names, array("d", told.values)), told.handed)
             self.handed = told.number
         self.renew(told.time)
         if told.wanted == ASK:
@@ -130,7 +132,7 @@ class GatedForwarding(Forwarding):
         """Hand over changed commands."""
         values = array("d", blocks(self._names, command)).tobytes()
         self.handed += 1
-        self._say(number=self.handed, time=now, values=values)
+        self._say(number=self.handed, time=now, handed=now, values=values)
 
     def renew(self, now: int) -> None:
         """Say that the controller is alive."""

@@ -3,8 +3,11 @@
 import asyncio
 import contextlib
 import logging
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+import os
+import socket
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
 
 from asyncua import Client, Node, ua
 from asyncua.client.ua_client import UaClientState
@@ -24,6 +27,30 @@ GONE = 600_000  # ms; chosen: the longest that asyncua grants; a served machine 
 ANSWER, STEP = 2.0, 600.0  # s; chosen: an answer takes milliseconds, a step in lockstep may compile first
 _WAITS = (0.1, 0.2, 0.4, 0.8, 1.6, *(2.0,) * 12)  # s between attempts; chosen: soon, then seldom
 _FAULTS = (OSError, asyncio.TimeoutError, ua.UaError)
+_errors = ua.uaerrors
+# source: OPC 10000-4, 7.39.2: of services, those that say that session, channel or connection is gone
+_CUT: Final = (
+    OSError,
+    asyncio.TimeoutError,
+    _errors.BadCommunicationError,
+    _errors.BadConnectionClosed,
+    _errors.BadConnectionRejected,
+    _errors.BadDisconnect,
+    _errors.BadNotConnected,
+    _errors.BadRequestTimeout,
+    _errors.BadSecureChannelClosed,
+    _errors.BadSecureChannelIdInvalid,
+    _errors.BadSecureChannelTokenUnknown,
+    _errors.BadServerHalted,
+    _errors.BadServerNotConnected,
+    _errors.BadSessionClosed,
+    _errors.BadSessionIdInvalid,
+    _errors.BadSessionNotActivated,
+    _errors.BadShutdown,
+    _errors.BadTcpInternalError,
+    _errors.BadTimeout,
+)
+_AT_ONCE: Final = struct.pack("hh" if os.name == "nt" else "ii", 1, 0)  # SO_LINGER: on, for 0 s
 
 
 class ClientLink:
@@ -37,11 +64,13 @@ class ClientLink:
         self._keys = keys
         self._client: Client | None = None
         self._answer = ANSWER
+        self._was_reset = False  # the connection of this session
 
     @property
     def alive(self) -> bool:
         """Whether the session is there."""
-        return self._client is not None and self._client.state is UaClientState.CONNECTED
+        there = self._client is not None and self._client.state is UaClientState.CONNECTED
+        return there and not self._was_reset
 
     def patient(self) -> None:
         """Wait long for answers, as of a machine in lockstep; from the next session on."""
@@ -80,8 +109,8 @@ class ClientLink:
             raise
         except (ua.uaerrors.BadUserAccessDenied, ua.uaerrors.BadIdentityTokenRejected):
             raise PermissionError(
-                f"user must be one that {self.url} knows, with its password; after too many failed logins "
-                "from this address none is let in for a minute"
+                f"user must be one that {self.url} knows, with its password, "
+                "or too many failed logins came from this address: wait a minute"
             ) from None
         except ua.uaerrors.BadCertificateUntrusted:
             raise PermissionError(f"{self.url} does not trust certificate.der of {self._folder}") from None
@@ -93,7 +122,8 @@ class ClientLink:
             raise ConnectionError(f"no session at {self.url}: {_text(error)}") from None
         except _FAULTS as error:
             raise ConnectionError(f"no session at {self.url}: {_text(error)}") from None
-        self._client = client
+        _hold_nothing_back(client)
+        self._client, self._was_reset = client, False
 
     @property
     def _folder(self) -> Any:
@@ -144,7 +174,7 @@ class ClientLink:
     @property
     def client(self) -> Client:
         """The session; ConnectionError when it was cut."""
-        if self._client is None:
+        if self._client is None or self._was_reset:
             raise self.cut()
         return self._client
 
@@ -152,29 +182,42 @@ class ClientLink:
         """Error of a cut link."""
         return ConnectionError(f"the link to {self.url} was cut")
 
+    @contextlib.contextmanager
+    def _answered(self, what: str) -> Iterator[None]:
+        """Tell a cut link from a request that the other side, or this one, does not take."""
+        try:
+            yield
+        except _CUT as error:
+            self.reset()
+            raise self.cut() from error
+        except ua.UaError as error:
+            said = f"{self.url} did not take {what}: {_named(error)}"
+            kind = PermissionError if isinstance(error, _errors.BadUserAccessDenied) else ValueError
+            raise kind(said) from error
+
+    def reset(self) -> None:
+        """Reset the connection: what was not sent is dropped, and the session not used again."""
+        if self._client is not None and (transport := _transport(self._client)) is not None:
+            transport.abort()
+        self._was_reset = True
+
     async def read(self, parameters: ua.ReadParameters) -> list[ua.DataValue]:
         """Read a list of values in one message."""
-        try:
+        with self._answered("a list to read"):
             told: list[ua.DataValue] = await self.client.uaclient.session.read(parameters)
-            return told
-        except _FAULTS as error:
-            raise self.cut() from error
+        return told
 
     async def write(self, parameters: ua.WriteParameters) -> list[ua.StatusCode]:
-        """Write a list of values in one message."""
-        try:
+        """Write a list of values in one message; ConnectionError when the link was cut."""
+        with self._answered("a list to write"):
             states: list[ua.StatusCode] = await self.client.uaclient.session.write(parameters)
-            return states
-        except _FAULTS as error:
-            raise self.cut() from error
+        return states
 
     async def call(self, above: ua.NodeId, method: ua.NodeId, *arguments: ua.Variant) -> list[Any]:
         """Call a method and return its results."""
         request = ua.CallMethodRequest(ObjectId=above, MethodId=method, InputArguments=list(arguments))
-        try:
+        with self._answered("a call"):
             result = (await self.client.uaclient.session.call([request]))[0]
-        except _FAULTS as error:
-            raise self.cut() from error
         if result.StatusCode.value == ua.StatusCodes.BadUserAccessDenied:
             raise PermissionError(self._refused())
         result.StatusCode.check()
@@ -206,6 +249,26 @@ def writes(values: Mapping[ua.NodeId, ua.Variant]) -> ua.WriteParameters:
             for node, value in values.items()
         ]
     )
+
+
+def _transport(client: Client) -> Any:
+    protocol = client.uaclient.protocol
+    return None if protocol is None else protocol.transport
+
+
+def _hold_nothing_back(client: Client) -> None:
+    """Let the end of the connection, that of a killed process too, drop what was not sent.
+
+    Otherwise the system goes on delivering it for minutes: a command that a stalled network held up would
+    move a machine that nobody commands any more.
+    """
+    if (transport := _transport(client)) is not None:
+        transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _AT_ONCE)
+
+
+def _named(error: ua.UaError) -> str:
+    """Name and text of an error of OPC UA."""
+    return f"{type(error).__name__}: {_text(error)}"
 
 
 def _text(error: BaseException) -> str:

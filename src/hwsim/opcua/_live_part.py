@@ -218,7 +218,7 @@ class RemotePart:
 
     def _look_again(self) -> None:
         """See whether the machine has made itself safe by now."""
-        with contextlib.suppress(ConnectionError, TimeoutError):
+        with contextlib.suppress(OSError, ValueError):
             self._remote.link.loop.run(self._seen_again(), ANSWER)
 
     async def _seen_again(self) -> None:

@@ -30,7 +30,7 @@ class Pauses:
             await asyncio.sleep(_LOOK)
             try:
                 paused, stops, reason = await self._remote.operator()
-            except ConnectionError:
+            except (OSError, ValueError):  # cut, or not answered as it should be
                 return
             if stops != self._stops:
                 self._live.abort(reason or "asked at the machine", who="machine")

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from hwsim._live.machine import LiveMachine
     from hwsim.opcua._declaration import Declaration
 
+_LATCH = (
+    "nodes gives no machine.aborted: it is not seen whether the machine latches, and one that does not may "
+    "take a command that a stalled network delivers late"
+)
+
 
 class OpcuaPlant:
     """A plant whose machine is behind OPC UA: one of `hwsim.serve`, or a foreign one with a table of nodes.
@@ -126,14 +131,16 @@ class OpcuaPlant:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What `hwsim.check` tells of the machine beside faults: why it is not commanded, missing limits."""
+        """What `hwsim.check` tells beside faults: why the machine is not commanded, limits, latch."""
         if self._shadow or self.lockstep:
             return ()
         why = "machine.heartbeat is missing" if self._remote.table else "it has its own control"
         alone = [f"the machine is listened to only, hwsim.Live(shadow=True): {why}"] if self._told.own else []
         free = ", ".join(name for name in self._told.accepts if name not in self._told.ranges)
         limits = [f"nodes gives no min and max of {free}: only the machine's own limits are kept"]
-        return (*alone, *(limits if free and self._remote.table else ()))
+        table = self._remote.table
+        latch = [_LATCH] if table and not self._told.own and "aborted" not in table.machine else []
+        return (*alone, *(limits if free and table else ()), *latch)
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:

@@ -22,7 +22,7 @@ class Desk(Protocol):
     def activate(self, session: "Session", certificate: bytes | None) -> None:
         """Refuse a session whose certificate is not trusted, or one too many."""
 
-    def failed(self, session: "Session") -> None:
+    def failed(self, session: "Session", certificate: bytes | None) -> None:
         """Note a failed login."""
 
     def closed(self, session: "Session") -> None:
@@ -60,7 +60,7 @@ class Session(InternalSession):  # type: ignore[misc]  # asyncua is not followed
         try:
             return super().activate_session(params, peer_certificate)
         except (ServiceError, ua.uaerrors.UaStatusCodeError):
-            self.iserver.desk.failed(self)
+            self.iserver.desk.failed(self, peer_certificate)
             raise
 
     async def close_session(self, delete_subs: bool = True) -> None:

@@ -99,6 +99,11 @@ def write(dataset: "xr.Dataset", path: str | os.PathLike[str], kind: str) -> Non
 
     from sdpgrind import __version__
 
+    if taken := [name for name in (_FORMAT, _INTEGRITY) if name in dataset.attrs]:
+        raise ValueError(
+            f"an attribute of what is saved must not be called {taken[0]!r}, which tells the format and the "
+            f"digest of the file; got {dataset.attrs[taken[0]]!r}"
+        )
     portable = _each(dataset, _portable).assign_attrs(kind=kind, version=__version__)
     # the two stand at both ends of the attributes: what damages both damages much between them
     portable.attrs = {_FORMAT: integrity.FORMAT, **portable.attrs, _INTEGRITY: integrity.BLANK_ATTRIBUTE}

@@ -47,13 +47,20 @@ def decode(text: str) -> Any:
 
 def _as_json(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and type(value) in _names:
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
-        return {"stored": _names[type(value)], **fields}
+        return {"stored": _names[type(value)], **_fields(value)}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, range):
         return list(value)
     raise TypeError(f"{value!r} cannot be saved: {type(value).__name__} is not a plain value")
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    """Fields of a registered object; a younger one (`_younger`) only where it is not at its default."""
+    younger = getattr(value, "_younger", ())
+    given = [field for field in dataclasses.fields(value) if field.init]
+    kept = [each for each in given if each.name not in younger or getattr(value, each.name) != each.default]
+    return {each.name: getattr(value, each.name) for each in kept}
 
 
 def _from_json(fields: dict[str, Any]) -> Any:

@@ -3,8 +3,9 @@
 import contextlib
 import os
 import re
+import secrets
 import socket
-import tempfile
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,20 +18,22 @@ _OWNER = re.compile(r"\..+\.(\d+)@([\w-]+)\.\w+\.part")
 
 @contextlib.contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary path next to `path`, renamed to `path` when the block succeeds."""
+    """Yield a temporary path next to `path`, renamed to `path` when the block succeeds.
+
+    A file that is replaced keeps its mode; a new one has the mode that `open` gives.
+    """
     target = checks.path("path", path).resolve()  # a link stays one
     if target.exists() and not target.is_file():
         raise ValueError(f"path must be a file; got {os.fspath(path)!r}")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"path must lie in an existing folder; got {str(target)!r}")
-    owner = f".{target.name[:_NAME]}.{os.getpid()}@{_computer()}."
-    handle, name = tempfile.mkstemp(prefix=owner, suffix=".part", dir=target.parent)
-    os.close(handle)
-    temporary = Path(name)
+    mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
+    temporary = _made_beside(target, private=mode is not None)
     try:
         yield temporary
-        temporary.chmod(0o666 & ~_umask())
         durable(temporary)
+        if mode is not None:
+            temporary.chmod(mode)  # last: a file that is read only is not opened any more
         temporary.replace(target)
         durable(target.parent)
     finally:
@@ -41,10 +44,15 @@ def _computer() -> str:
     return re.sub(r"[^\w-]", "-", socket.gethostname())
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _made_beside(target: Path, *, private: bool) -> Path:
+    """Make an empty file; the system takes the process's umask, which no thread need change, from its mode.
+
+    `private`: only its owner reads it while it is written.
+    """
+    unique = secrets.token_hex(8)  # chosen: as good as never twice
+    path = target.with_name(f".{target.name[:_NAME]}.{os.getpid()}@{_computer()}.{unique}.part")
+    os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600 if private else 0o666))
+    return path
 
 
 def durable(path: Path) -> None:

@@ -42,11 +42,11 @@ def export(
     Parameters
     ----------
     thing : plan, controller or Recipe
-        What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.LocusTable`
-        (``locus.table()``), `plunge.CycleController`, `plunge.StagedController`,
-        `finishing.TorqueController`,
-        `weldbead.force.ForceController` (its law, to which force and position of the plan are handed over);
-        or a `Recipe` of a kernel of one's own.
+        What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.Locus` (its table by the
+        hidden state) and ``locus.table()``, `plunge.CycleController`, `plunge.StagedController`,
+        `finishing.TorqueController`, `weldbead.force.ForceController` (along its plan; without one its law,
+        to which force and position of the plan are handed over), `centering.GeometryEstimator`; or a
+        `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
@@ -124,9 +124,9 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     told = getattr(type(thing), "__export__", None)
     if told is None:
         raise TypeError(
-            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a CycleController, a"
-            " StagedController, a TorqueController, a ForceController or a Recipe; got"
-            f" {type(thing).__name__}"
+            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, a CycleController, a"
+            " StagedController, a TorqueController, a ForceController, a GeometryEstimator or a Recipe;"
+            f" got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe

@@ -92,7 +92,7 @@ class Exported:
         targets : sequence of str
             Further builds, of 100 000 steps at most each: "sanitizers" (of addresses and undefined behaviour,
             with indices checked, by each compiler), "aarch64" and "armhf" (by Debian's cross compilers under
-            qemu-user; the latter where no function of the C library is used). What is not found is named.
+            qemu-user, where their C library has the bits of this computer's). What is not run is named.
         rng : int, SeedSequence or Generator
             Source of the inputs.
 

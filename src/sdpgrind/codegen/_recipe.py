@@ -42,6 +42,8 @@ class Recipe:
         Constants that stand behind the inputs.
     state : array
         State after a reset; without one an unused entry.
+    settings : sequence of int
+        Places in `state` that the step only reads: their numbers are constants of the C, and may be sizes.
     start : Kernel, optional
         ``start(state, *law)``, which resets the state. Default: `state` is copied.
     missing : sequence of str
@@ -80,6 +82,8 @@ class Recipe:
         `Exported.controller`; it comes from the library and decides nothing.
     reports : mapping of str to str
         Name of each report to its unit.
+    stands_for, tier : str
+        Class of the controller that steps so, and its tier, for the log. Default: `kind`, "controller".
     notes : mapping
         Further entries of the manifest, as JSON has them.
     job, description : mapping
@@ -112,6 +116,7 @@ class Recipe:
     law: tuple[Any, ...] = ()
     after: tuple[Any, ...] = ()
     state: Any = _STATE
+    settings: Sequence[int] = ()
     start: Kernel | None = None
     missing: Sequence[str] = ()
     defaults: Mapping[str, float] = field(default_factory=dict)
@@ -129,6 +134,8 @@ class Recipe:
     commands: Mapping[str, str] | None = None
     report: Callable[[int, dict[str, float], dict[str, float]], dict[str, float]] | None = None
     reports: Mapping[str, str] = field(default_factory=dict)
+    stands_for: str = ""
+    tier: str = "controller"
     notes: Mapping[str, Any] = field(default_factory=dict)
     job: Mapping[str, object] = field(default_factory=dict)
     description: Mapping[str, float | str] = field(default_factory=dict)
@@ -150,6 +157,8 @@ class Recipe:
         state = np.array(self.state, dtype=float)
         if state.ndim != 1 or not state.size:
             raise checks.refuse("state", "a row of numbers", state.shape)
+        if self.start is not None and self.settings:
+            raise checks.refuse("settings", "left out where a kernel starts the state", list(self.settings))
         object.__setattr__(self, "state", state)
         for name in ("law", "after"):
             object.__setattr__(self, name, tuple(_plain(one) for one in getattr(self, name)))

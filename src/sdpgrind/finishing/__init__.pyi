@@ -1,5 +1,6 @@
 from . import arm as arm
 from . import path as path
+from . import placement as placement
 from . import roughness as roughness
 from . import study as study
 from . import surface as surface
@@ -9,6 +10,7 @@ from ._problem.identify import identify as identify
 from ._problem.motion import Motion as Motion
 from ._problem.motion import MotionError as MotionError
 from ._problem.motion import MotionState as MotionState
+from ._problem.place import place as place
 from ._problem.plan import plan as plan
 from ._problem.posture import Posture as Posture
 from ._problem.presets import PresetInfo as PresetInfo

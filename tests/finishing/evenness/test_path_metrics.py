@@ -4,13 +4,14 @@ uneven surface.
 
 import numpy as np
 import pytest
-from finishing_inside import cell_areas, metrics, surface_samples
+from finishing_inside import Nearest, cell_areas, edges_of, metrics
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from sdpgrind.finishing import Path, hilbert, zigzag
 from sdpgrind.finishing.path import hilbert_nodes
-from sdpgrind.finishing.surface import flat_surface, nominal_surface, uneven_surfaces
+from sdpgrind.finishing.surface import Patch, flat_surface, nominal_surface, uneven_surfaces
 
 MISSED = (1 - np.pi / 4) / 4
 """Of a cell, where a node has no leg on either side of a quarter: a square less a quarter circle."""
@@ -18,7 +19,7 @@ MISSED = (1 - np.pi / 4) / 4
 
 def test_hilbert_and_zigzag_at_half_a_pitch():
     """0.955 and 0.985: a turn leaves one quarter of a cell, an end two."""
-    fine = {"surface_step": 0.0125, "path_step": 0.0125}
+    fine = {"surface_step": 0.003}  # 54 corners alike: each off by some h^2 sqrt(0.8/h/12), 2e-5 in all
     curve = hilbert(flat_surface(8.0), 3, mapping="parametric").metrics(0.5, **fine)
     assert curve.coverage == pytest.approx(1 - MISSED * (50 + 4) / 64, abs=2e-4)
     passes = zigzag(flat_surface(8.0), 1.0).metrics(0.5, **fine)
@@ -57,33 +58,86 @@ def test_vertices_that_no_leg_touches():
     assert path.metrics(0.75, surface_step=0.2).largest_gap == pytest.approx(np.sqrt(2), abs=1e-6)
 
 
+def slowly(point, start, end):
+    """Distance of each point from every leg, the least of them."""
+    way, offset = end - start, point[:, None] - start
+    share = np.clip((offset * way).sum(axis=2) / np.maximum((way**2).sum(axis=1), 1e-300), 0, 1)
+    return np.linalg.norm(offset - share[..., None] * way, axis=2).min(axis=1)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32), st.integers(2, 60), st.floats(0.01, 100.0), st.sampled_from([0.0, 1.0]))
+def test_distances_by_brute_force(seed, count, size, height):
+    """Lines in space and in a plane; points on them, near and far; legs of length 0 and a single leg."""
+    rng = np.random.default_rng(seed)
+    lines = [np.cumsum(rng.normal(size=(n, 3)), axis=0) * [size, size, size * height] for n in (count, 2, 3)]
+    lines[1][1] = lines[1][0]
+    legs = np.concatenate([each[:-1] for each in lines]), np.concatenate([each[1:] for each in lines])
+    longest = np.linalg.norm(legs[1] - legs[0], axis=1).max()
+    away = rng.normal(size=(60, 3)) * longest * 10.0 ** rng.uniform(-3, 1.5, (60, 1))
+    point = np.concatenate([lines[0], lines[0][rng.integers(count, size=60)] + away])
+    told, true = Nearest(lines).distance(point), slowly(point, *legs)
+    near = true <= 2 * longest
+    assert told[near] == pytest.approx(true[near], rel=1e-9, abs=1e-9 * size)
+    # beyond the cells around by the legs of the nearest ends: another leg is nearer by at most h^2 / (8 d)
+    assert np.all(told >= true * (1 - 1e-9) - 1e-9 * size)
+    assert np.all((told - true)[~near] <= longest**2 / (8 * true[~near]) + 1e-9 * size)
+
+
 @settings(max_examples=4, deadline=None)
 @given(st.sampled_from([2, 3]), st.sampled_from(["parametric", "equal_area"]), st.floats(0.5, 6.0))
 def test_coverage_by_brute_force(order, mapping, radius):
-    """Every sample against every piece of a fine polyline."""
+    """Samples much closer than the cells, against every chord of a path."""
     path = hilbert(nominal_surface(), order, mapping=mapping)
-    found = metrics(path, radius, surface_step=1.7, path_step=0.2)
-    line = path.sample(0.2).point
-    start, leg = line[:-1], np.diff(line, axis=0)
-    square = np.maximum((leg**2).sum(axis=1), 1e-30)
-    inside = area = furthest = 0.0
-    for block in surface_samples(path.surface, found.surface_step):
-        for point, weight in zip(block.point, block.area, strict=True):
-            share = np.clip(((point - start) * leg).sum(axis=1) / square, 0, 1)
-            distance = np.linalg.norm(point - start - share[:, None] * leg, axis=1).min()
-            inside += weight * (distance <= radius)
-            area += weight
-            furthest = max(furthest, distance)
-    assert found.coverage == pytest.approx(inside / area, abs=2e-3)
-    assert area == pytest.approx(path.surface.area, rel=1e-3)
-    assert 2 * furthest <= found.largest_gap + 1e-9 <= 2 * furthest + 2 * np.sqrt(2) * 1.7
+    found = metrics(path, radius, surface_step=0.02)
+    count, width = 200, 52.0 / 200  # mm
+    # one place in each cell, not its middle: edges of the footprint go along rows of middles
+    u, v = (np.indices((count, count)) + np.random.default_rng(1).uniform(size=(2, count, count))) / count
+    weight = path.surface.area_density(u, v).ravel()
+    distance = cKDTree(path.sample(0.02).point).query(path.surface.point(u, v).reshape(-1, 3))[0]
+    share, edge = weight[distance <= radius].sum() / weight.sum(), 2 * path.length
+    # each cell at the edge of the footprint is off by a share between -1/2 and 1/2; five standard deviations;
+    # an edge along a row of the smallest cells is off by half of one
+    off = (5 * width**2 * np.sqrt(edge / width / 12) + edge * 0.02 / 2) / path.surface.area
+    assert found.coverage == pytest.approx(share, abs=off)
+    assert 2 * distance.max() - 2e-3 * radius <= found.largest_gap <= 2 * distance.max() + 4 * width
 
 
-def test_samples_are_as_close_as_told():
+def test_the_largest_gap_is_the_largest():
+    """Gaps that are nearly alike over all of the surface: a scan of all passes finds none larger."""
+    path = zigzag(nominal_surface(), 2.0)
+    found = path.metrics(2.0)
+    u = np.linspace(0, 1, 401)
+    point = path.surface.grid(u, u).point.reshape(-1, 3)
+    seen = 2 * Nearest([path.sample(0.02).point]).distance(point).max()
+    assert seen <= found.largest_gap + 2 * 1e-3 * 2.0 and found.largest_gap <= seen + 2 * np.sqrt(0.5) * 0.13
+
+
+def test_a_trimmed_patch_by_its_area():
+    """A disc of which the passes reach all, and a footprint that reaches only half of it."""
+    turn = np.linspace(0, 2 * np.pi, 401)
+    disc = Patch(flat_surface(20.0), [0.5 + 0.3 * np.stack([np.cos(turn), np.sin(turn)], axis=1)])
+    whole = zigzag(disc, 1.0).metrics(2.0)
+    assert whole.coverage == 1.0 and whole.largest_gap < 4.0
+    line = Path(flat_surface(20.0), [(0.0, 0.5), (1.0, 0.5)])
+    h, r = 2.0, 6.0  # mm: strip of half width h through a disc of radius r
+    share = 2 * (h * np.sqrt(r**2 - h**2) + r**2 * np.arcsin(h / r)) / (np.pi * r**2)
+    found = metrics(line, h, surface_step=0.01, patch=disc)
+    # each edge of the strip, 2 sqrt(r^2 - h^2) long, is off by half a cell at most
+    assert found.coverage == pytest.approx(share, abs=0.01 * 2 * np.sqrt(r**2 - h**2) / (np.pi * r**2))
+    assert found.largest_gap == pytest.approx(2 * r, abs=2e-3)  # chords of the polygon: r (1 - cos(pi/400))
+
+
+def test_cells_are_as_small_as_told():
     for surface in uneven_surfaces().values():
-        for block in surface_samples(surface, 2.0):
-            corners = surface.grid(block.u, block.v).point
-            assert max(np.linalg.norm(np.diff(corners, axis=k), axis=2).max() for k in (0, 1)) <= 2.0 * 1.001
+        edges = edges_of(surface, 2.0, 0.6)
+        assert edges.levels == 2 and (edges.u.size - 1) % 4 == 0 == (edges.v.size - 1) % 4
+        u, v = edges.u[::4], edges.v[::4]
+        corner = surface.grid(u, v).point
+        middle = surface.grid((u[1:] + u[:-1]) / 2, (v[1:] + v[:-1]) / 2).point
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            reach = np.linalg.norm(corner[i : len(u) - 1 + i, j : len(v) - 1 + j] - middle, axis=-1).max()
+            assert reach <= edges.reach[0] * 1.001
 
 
 def test_a_wider_footprint_covers_more():
@@ -197,12 +251,12 @@ def test_refused_surface():
 
 
 def test_coarse_steps_are_made_finer():
-    """Steps of the caller, or of a large radius, by which the nearest legs would be missed."""
+    """Steps of the caller, or of a large radius, that would cut corners and miss gaps."""
     path = zigzag(flat_surface(50.0), 1.5)
     fine = path.metrics(0.8)
     coarse = path.metrics(0.8, path_step=5.0)
-    assert coarse.coverage == pytest.approx(fine.coverage, abs=2e-4) and coarse.coverage > 0.995
-    assert coarse.path_step == pytest.approx(path.pitch / 20)
+    assert coarse.coverage == fine.coverage > 0.995
+    assert coarse.path_step == fine.path_step == pytest.approx(0.4)  # half of the radius: it is straight
     large = path.metrics(100.0)
     assert large.largest_gap == pytest.approx(fine.largest_gap, rel=1e-4) and large.coverage == 1
     assert large.surface_step == pytest.approx(path.pitch / 4)

@@ -135,6 +135,18 @@ def test_a_wrong_configuration_is_found():
             assert refused(bits, bits.text.replace(old, new, 1))
 
 
+def test_a_frame_that_is_set_again_between_moves_is_refused():
+    """All moves would count in the last one."""
+    lines = planned("small").program("krl").text.split("\r\n")
+    base = next(line for line in lines if line.startswith("$BASE"))
+    third = [k for k, line in enumerate(lines) if line.startswith("LIN")][2]
+    again = "\r\n".join([*lines[:third], base, *lines[third:]])
+    with pytest.raises(
+        ValueError, match=rf"must set \$BASE before its straight moves.*line {third + 1} sets it"
+    ):
+        read_text(again)
+
+
 @pytest.mark.parametrize("timing", [False, True])
 def test_a_table_or_stream_that_loses_a_row_or_a_digit_is_refused(timing):
     motion = planned("small")

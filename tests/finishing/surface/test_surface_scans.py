@@ -146,6 +146,40 @@ def test_the_nearest_triangle(seed):
     assert distance <= min(far) + 1e-12 and far[best] - distance < 0.03
 
 
+def test_flat_faces_of_few_corners(tmp_path):
+    """The faces of a box are two triangles each: as exact as the file, with their edges as loops."""
+    box = trimesh.creation.box((40.0, 30.0, 10.0))
+    path = written(tmp_path / "box.stl", box.vertices, box.faces)
+    seeds = {(1.0, 1.0, 5.0): 1200.0, (1.0, -15.0, 1.0): 400.0, (20.0, 1.0, 1.0): 300.0}
+    for found, (seed, area) in zip(
+        read_scan(path, [Region(seed=s) for s in seeds]), seeds.items(), strict=True
+    ):
+        outward = np.array(seed) * (np.abs(seed) > 4.0)
+        np.testing.assert_allclose(
+            found.surface.normal(0.3, 0.6), outward / np.linalg.norm(outward), rtol=0, atol=1e-9
+        )
+        assert found.surface.fit.error < 1e-6 and found.surface.area == pytest.approx(area, rel=1e-6)
+        assert len(found.loops) == 1 and len(found.loops[0]) == 4
+    with pytest.raises(
+        ValueError, match=r"region must have at least 16 corners of triangles, or be flat; it has 8,"
+    ):
+        read_scan(path)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=20, deadline=None)
+def test_finer_triangles_are_the_same_surface(seed):
+    """Area and outside stay; the corners of before come first; common sides get one corner."""
+    rng = np.random.default_rng(seed)
+    before = scan_triangles.Triangles(rng.normal(size=(5, 3)), np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2]]))
+    after = scan_triangles.finer(before)
+    assert after.faces.shape == (12, 3) and len(after.corners) == 5 + 7
+    np.testing.assert_array_equal(after.corners[:5], before.corners)
+    areas = [np.linalg.norm(each.normals, axis=1).sum() for each in (before, after)]
+    assert areas[0] == pytest.approx(areas[1], rel=1e-12)
+    np.testing.assert_allclose(after.normals.sum(axis=0), before.normals.sum(axis=0), rtol=0, atol=1e-12)
+
+
 def test_creases_end_a_region():
     """A roof of 40 deg at the ridge, by triangles that share its edge."""
     tilt = np.tan(units.deg(20.0))
@@ -168,8 +202,12 @@ POINTS = np.random.default_rng(1).uniform(0.0, 30.0, (60, 2)) @ np.array([[1.0, 
         ("a.csv", "\n".join("{:.9g}, {:.9g}, {:.9g} // end".format(*row) for row in POINTS)),
         ("a.csv", "no;z [mm];Y (cm);X [m]\n" + "\n".join(f"7;{z:.9g};{y / 10:.9g};{x / 1000:.9g}" for x, y, z in POINTS)),
         ("a.csv", "\ufeffx;y;z\n" + "\n".join(f"{x:.9g};{y:.9g};{z:.9g}".replace(".", ",") for x, y, z in POINTS)),
+        ("a.csv", "\n".join(f"{x:.9g};{y:.9g};{z:.9g}".replace(".", ",") for x, y, z in POINTS)),
+        ("a.xyz", "\n".join(f"{x:.9g}  {y:.9g} {z:.9g}".replace(".", ",") for x, y, z in POINTS)),
+        ("a.xyz", "\n".join(f"{x:.9g}\t{y:.9g}\t{z:.9g}".replace(".", ",") for x, y, z in POINTS)),
     ],
-    ids=["blanks", "tabs, comment, more columns", "names", "no names", "units", "decimal comma"],
+    ids=["blanks", "tabs, comment, more columns", "names", "no names", "units", "decimal comma",
+         "decimal commas without names", "decimal commas between blanks", "decimal commas between tabs"],
 )  # fmt: skip
 def test_tables_of_points(tmp_path, name, text):
     path = tmp_path / name
@@ -204,17 +242,20 @@ def test_points_of_a_ply(tmp_path):
         ("a.ply", b"solid a\nendsolid a\n", r"'a\.ply' must be a PLY, whole; got"),
         ("a.obj", raw(*block(5), "obj")[:1000], r"'a\.obj' must"),
         ("a.obj", b"hello\n" * 9, r"'a\.obj' must hold triangles or points; got none: is it an OBJ, and whole\?"),
-        ("a.xyz", b"1 2 3\n4 5 6\n7 8\n", r"'a\.xyz', line 3 must hold three numbers, x y z \(mm\); got '7 8'"),
-        ("a.xyz", b"1 2 3\nC 5 6 8\n", r"line 2 must hold three numbers"),
+        ("a.xyz", b"1 2 3\n4 5 6\n7 8\n", r"'a\.xyz', line 3 must hold 3 cells as the first one does; got 2: '7 8'"),
+        ("a.xyz", b"1 2 3\nC 5 6 8\n", r"line 2 must hold 3 cells as the first one does; got 4"),
+        ("a.csv", b"0,5,0,25,1,0\n1,5,0,25,2,0\n", r"must show its decimal sign; '0,5,0,25,1,0' has none but commas: where commas"),
+        ("a.csv", b"x,y,z\n0,5,0,25,1,0\n", r"line 2 must hold 3 cells as the first one does; got 6: .*: where commas are decimal"),
+        ("a.csv", b"0.5,0.25,1\n1,5,0,25,2\n", r"line 2 must hold 3 cells as the first one does; got 5"),
         ("a.xyz", b"\x89PNG\r\n\xff", r"'a\.xyz' must be a text of numbers, x y z \(mm\), in UTF-8"),
         ("a.csv", b"# nothing\n", r"'a\.csv' must hold points, a line x y z each \(mm\); got none"),
         ("a.csv", b"x,y,height\n1,2,3\n", r"'a\.csv' must have columns x, y and z, each once, or numbers only"),
-        ("a.csv", b"x,y,z [s]\n1,2,3\n", r"'a\.csv', column z: its unit must be .*; got 's'"),
+        ("a.csv", b"x,y,z [s]\n1,2,3\n", r"'a\.csv', column z must have a unit like mm .*; got 's'"),
         ("a.csv", b"1,2,3\n4,nan,6\n", r"'a\.csv'\[4\] must be finite \(mm\); got nan"),
         ("a.npy", b"\x93NUMPY\x01\x00", r"'a\.npy' must be an array of NumPy, whole; got"),
         ("a.npy", b"1 2 3", r"'a\.npy' must be an array of NumPy, whole; got"),
         ("a.step", b"", r"path must be a scan, \.stl, \.ply, \.obj, \.xyz, \.csv, \.npy; got 'a\.step'"),
-        ("a.xyz", b"0 0 0\n0.1 0 0\n0 0.1 0\n", r"must be in mm; it is 0\.141 mm across\. In metres or inches\?.*units\.m"),
+        ("a.xyz", b"0 0 0\n0.1 0 0\n0 0.1 0\n", r"must be in mm where no unit is given; it is 0\.141 mm across\. In metres or inches\?.*unit=.m"),
         ("a.xyz", b"0 0 0\n10 0 0\n0 10 0\n", r"points must be no fewer than the control points"),
     ],
 )  # fmt: skip
@@ -222,6 +263,50 @@ def test_files_that_are_refused(tmp_path, name, data, message):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(ValueError, match=message):
         read_scan(tmp_path / name)
+
+
+def of_unit(text, factor):
+    """Points of a table in another unit."""
+    return "\n".join(" ".join(repr(float(x) / factor) for x in row) for row in text)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("m", 1000.0), ("in", 25.4), ("cm", 10.0), (None, 1.0)])
+def test_scans_in_a_unit_that_is_given(tmp_path, unit, factor):
+    (tmp_path / "a.xyz").write_text(of_unit(POINTS, factor), encoding="utf-8")
+    np.save(tmp_path / "a.npy", POINTS / factor)
+    corners, faces = block(5)
+    written(tmp_path / "a.ply", corners[:25] / factor, faces[:32])
+    wanted = {"a.xyz": POINTS, "a.npy": POINTS, "a.ply": corners[:25]}
+    for name, points in wanted.items():
+        (found,) = read_scan(tmp_path / name, unit=unit)
+        assert found.surface.area == pytest.approx(Surface.fit(points).area, rel=1e-5)
+
+
+def test_whole_numbers_with_names_are_no_decimals(tmp_path):
+    rows = [f"{x},{y},{x + y},255,0,0" for x in range(5) for y in range(5)]
+    (tmp_path / "a.csv").write_text("x,y,z,r,g,b\n" + "\n".join(rows), encoding="utf-8")
+    assert read_scan(tmp_path / "a.csv")[0].surface.fit.error < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("unit", "message"),
+    [
+        ("s", r"unit: numbers of a scan must have a unit like mm \(.*; got 's'"),
+        ("mil", r"'mil' may mean several units"),
+        ("in", r"unit must be None, as 'a\.csv' names its own; got 'in'"),
+    ],
+)
+def test_units_that_are_refused(tmp_path, unit, message):
+    (tmp_path / "a.csv").write_text("x (mm),y,z\n1,2,3\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        read_scan(tmp_path / "a.csv", unit=unit)
+
+
+def test_a_small_part_has_its_unit_given(tmp_path):
+    np.save(tmp_path / "a.npy", POINTS / 100.0)
+    with pytest.raises(ValueError, match=r"a part so small: unit=\"mm\""):
+        read_scan(tmp_path / "a.npy")
+    assert read_scan(tmp_path / "a.npy", unit="mm")[0].surface.area > 0.05
 
 
 def test_an_array_of_objects_is_not_unpickled(tmp_path):
@@ -239,7 +324,6 @@ def test_an_array_of_objects_is_not_unpickled(tmp_path):
         (None, r"points must be a sheet over their plane.*Region\(box="),
         (TOP.replace(seed=(100.0, 0.0, 0.0)), r"seed must be on the scan \(mm\), its nearest triangle is 50 mm away; got \[100"),
         (Region(box=((90.0, 0.0, 0.0), (99.0, 9.0, 9.0))), r"box must be around part of 'a\.stl', which is within \[\[0\.0"),
-        (Region(seed=(25.0, 0.0, -10.0), box=((24.0, -1.0, -21.0), (27.6, 1.0, 9.0))), "no fewer than the control points"),
     ],
 )  # fmt: skip
 def test_regions_that_are_refused(tmp_path, region, message):

@@ -45,8 +45,8 @@ REFUSED = {
     ),
     "off the run": (lambda: line(1.0).at(1.5), r"length must be in \[0, 1\] \(mm\); got 1\.5"),
     "derivative": (lambda: line(1.0).at(0.5, derivative=4), r"derivative must be one of 0, 1, 2, 3; got 4"),
-    "before the law": (lambda: LAW.at(-0.1), r"time must be in \[0, 0\.155563\] \(s\); got -0\.1"),
-    "after the law": (lambda: LAW.at(1.0), r"time must be in \[0, 0\.155563\] \(s\); got 1\.0"),
+    "before the law": (lambda: LAW.at(-0.1), r"time must be in \[0, 0\.12\] \(s\); got -0\.1"),
+    "after the law": (lambda: LAW.at(1.0), r"time must be in \[0, 0\.12\] \(s\); got 1\.0"),
     "feed": (
         lambda: time_laws([line(1.0)], LINE, feed_rate=0.0),
         r"feed_rate must be > 0 \(mm/s\); got 0\.0",

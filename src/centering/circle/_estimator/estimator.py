@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import degrees, inf, log, pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,9 @@ from centering.circle._fit.form import assumed_lobes, known_harmonics
 from sdpgrind.base import checks, units
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Status
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 
 class GeometryEstimator:
@@ -123,6 +126,7 @@ class GeometryEstimator:
         self._prior = (0.0, 0.0) if radius_prior is None else radius_and_sd(radius_prior, float(tip_radius))
         self._rejected: dict[int, tuple[float, float]] = {}
         self.reset()
+        self._fresh = state.copy()
 
     def reset(self, keep_radius: bool = False) -> None:
         """Forget the readings, as after a push.
@@ -142,6 +146,12 @@ class GeometryEstimator:
         clear(state)
         state[at.INDEX] = state[at.RESTARTS] = 0.0
         self._rejected.clear()
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it: settings and radius known, before the first reading."""
+        from centering.circle._estimator.recipe import recipe_of
+
+        return recipe_of(self._fresh)
 
     def update(self, *, angle: float, reading: float) -> None:
         """Take one reading.

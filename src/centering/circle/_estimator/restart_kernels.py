@@ -34,7 +34,7 @@ def restart(state, shifted):
     number = state[at.INDEX]
     for i in range(length):
         state[at.INDEX] = latest[i, 4]
-        _again(state, latest[i], latest[i - 1] if i > 0 else latest[i])
+        _again(state, latest[i], latest[max(i - 1, 0)])
     state[at.INDEX] = number
     if state[at.SEEN] == at.RING:
         end_start(state)

@@ -13,8 +13,8 @@ from centering.circle._estimator.kernels import (
     _write_row_at,
 )
 from centering.circle._estimator.noise_kernels import _arrays, _copy
-from centering.circle._estimator.uncounted import uncounted
 from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.base.compiling.uncounted import uncounted
 from sdpgrind.identify.kernels import back_substitute, rotate
 
 _CLOSER = 1.5  # chosen: factor by which a circle through neighbours must fit better than one through thirds
@@ -166,7 +166,8 @@ def _agreed_errors(state, best, room):
     dusty neighbours. Those must fit much better: over a short arc form looks like a circle.
     """
     least, middle, error, value = np.inf, 0.0, np.empty(at.RING), np.empty(3)
-    places = _places(state)
+    places = np.empty((at.RING, 3))
+    _write_places(state, places)
     center_x, center_y = state[at.CENTER_X], state[at.CENTER_Y]
     for n in range(120):
         state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
@@ -186,12 +187,11 @@ def _agreed_errors(state, best, room):
 
 
 @compiled(error_model="numpy")
-def _places(state):
-    """Cosine and sine of each angle in the ring buffer, and the reading, (30, 3)."""
-    cells, out = _ring(state), np.empty((at.RING, 3))
+def _write_places(state, out):
+    """Write cosine and sine of each angle in the ring buffer, and the reading, (30, 3)."""
+    cells = _ring(state)
     for i in range(at.RING):
         out[i, 0], out[i, 1], out[i, 2] = np.cos(cells[i, 0]), np.sin(cells[i, 0]), cells[i, 1]
-    return out
 
 
 @compiled(error_model="numpy")

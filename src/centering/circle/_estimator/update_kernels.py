@@ -5,9 +5,9 @@ from centering.circle._estimator.kernels import COMPLETE, MOVED, SHIFTED, TAKEN,
 from centering.circle._estimator.noise_kernels import _arrays
 from centering.circle._estimator.restart_kernels import restart
 from centering.circle._estimator.start_kernels import end_start
-from centering.circle._estimator.uncounted import uncounted
 from centering.circle._estimator.validity_kernels import judge
 from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.base.compiling.uncounted import uncounted
 
 
 @compiled(error_model="numpy")
@@ -27,6 +27,21 @@ def _follow(state, code):
         end_start(state)
     elif code >= MOVED:  # by the number of refused readings, or as a whole
         restart(state, code == SHIFTED)
+
+
+@compiled(error_model="numpy")
+def exported_step(state, angle, reading, out):
+    """Take one reading (rad, mm) as `GeometryEstimator` does; return its outcome, or -1: it is invalid.
+
+    `out`: radius and centre (mm), whether they are valid, band (mm), number of restarts.
+    """
+    code = update_step(state, angle, reading)
+    if code < 0:
+        return -1
+    out[3] = 1.0 if judge(state, 0.0) else 0.0
+    out[0], out[1], out[2] = state[at.RADIUS], state[at.FIT_X], state[at.FIT_Y]
+    out[4], out[5] = state[at.BAND], state[at.RESTARTS]
+    return code
 
 
 @compiled(error_model="numpy")

@@ -16,8 +16,8 @@ from centering.circle._estimator.noise_kernels import (
     _write_covariance,
     _write_noise,
 )
-from centering.circle._estimator.uncounted import uncounted
 from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.base.compiling.uncounted import uncounted
 from sdpgrind.identify.kernels import back_substitute, rotate
 
 _FAR = 100.0  # chosen: prior standard deviation of the centre, in largest readings; it bounds the covariance

@@ -79,6 +79,11 @@ on after the last finished part, with the results that it would have had; a fini
 
 def refuse_face_on(job: "Job") -> None:
     """Refuse to finish with a tool that no torque of its motor presses."""
+    if job.problem.spin != ():
+        raise ValueError(
+            "tool.spin must be left out, as no torque of the axis presses a tool that turns about its own"
+            " axis; its motion can be written as a program: --program"
+        )
     if job.problem.face_on:
         raise ValueError(
             "tool.contact_angle must be < 90 deg, as no torque of the axis presses a tool that is face-on;"

@@ -1,5 +1,6 @@
 """Surface and path of a finishing job: a preset, control points or a face of a file, and lines over it."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,13 +35,27 @@ def _of_points(table: Table) -> finishing.Surface:
 
 def _of_file(table: Table, folder: Path) -> Patch:
     """One face of a STEP file, or a region of a scan."""
-    options = {"region": _region(table.table("region"))} if table.has("region") else {}
-    found = table.made(finishing.read_surfaces, folder / str(table.take("file")), **options)
+    options: dict[str, Any] = {"region": _region(table.table("region"))} if table.has("region") else {}
+    if table.has("unit"):
+        options["unit"] = table.take("unit")
+    found = _read(table, folder / str(table.take("file")), options)
     index = table.take("face") if table.has("face") else 0 if len(found) == 1 else None
     if isinstance(index, int) and not isinstance(index, bool) and 0 <= index < len(found):
         return found[index]
     faces = "; ".join(f"{k}: {each.name or 'face'}, {each.area:.5g} mm^2" for k, each in enumerate(found))
     raise ValueError(f"{table.path('face')} must be the number of one of the faces ({faces}); got {index!r}")
+
+
+def _read(table: Table, file: Path, options: Mapping[str, Any]) -> finishing.surface.Patches:
+    """Read a file; advice on a region is given in words of the job."""
+    try:
+        return table.made(finishing.read_surfaces, file, **options)
+    except ValueError as error:
+        words = str(error)
+        if not any(name in words for name in ("Region(", "empty_max", "region", "unit=")):
+            raise
+        asked = f"[{table.path('region')}] box, seed, crease, empty_max; {table.path('unit')}"
+        raise ValueError(f"{words} (keys of this file: {asked})") from error
 
 
 def _region(table: Table) -> finishing.Region:
@@ -61,10 +76,11 @@ def path_of(surface: finishing.Surface | Patch, table: Table) -> finishing.Path 
     options = {key: table.take(key) for key in ("mapping", "along") if table.has(key)}
     if table.has("lift"):
         options["lift"] = table.table("lift").one(finishing.Lift)
+    options |= table.given({"margin": "mm"})
     if pattern == "hilbert":
         path = table.made(finishing.hilbert, surface, table.take("order"), **options)
     else:
-        options |= table.given({"radius": "mm", "margin": "mm"})
+        options |= table.given({"radius": "mm"})
         path = table.made(finishing.zigzag, surface, table.number("pitch", "mm"), **options)
     if table.has("deviation"):
         path = table.made(path.blended, table.number("deviation", units_of(finishing.Path)["deviation"]))

@@ -13,6 +13,7 @@ from hwsim.command._finishing.robot_toml import robot_of
 from hwsim.command._finishing.surface_toml import path_of, surface_of
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
+from hwsim.command._work import announce
 from hwsim.command.base import StandJob
 from hwsim.plants._finishing.plant import FinishingCell
 from sdpgrind import finishing
@@ -74,7 +75,7 @@ def _job(file: Table, folder: Path) -> Job:
     problem = _problem(path, tool, robot)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
     program = _program(file.maybe("program"))
-    if problem.face_on:
+    if not problem.pressed:
         return Job(FaceOn(problem), method=method, program=program)
     controller = file.maybe("controller")
     settings = _settings(controller)
@@ -113,10 +114,30 @@ def _problem(
         options["robot"] = table.made(finishing.Arm.generic().replace, **radius)
     if table.has("pushed"):
         options["pushed"] = table.flag("pushed")
-    if table.has("placement"):
+    searched = table.has("placement") and isinstance(table.take("placement"), str)
+    if table.has("placement") and not searched:
         options["placement"] = tuple(table.list_of("placement", units["placement"]))
+    if table.has("spin"):
+        whole = isinstance(table.entries["spin"], int)
+        options["spin"] = table.take("spin") if whole else tuple(table.list_of("spin", units["spin"]))
+    box = table.take("placement_box") if table.has("placement_box") else None
+    if searched:
+        table.text("placement", ("search",))
+    elif box is not None:
+        raise ValueError(f'tool.placement_box must be left out unless placement = "search"; got {box!r}')
     table.done()
-    return table.made(finishing.FinishingProblem, path, **options)
+    problem = table.made(finishing.FinishingProblem, path, **options)
+    return _placed(table, problem, box) if searched else problem
+
+
+def _placed(table: Table, problem: finishing.FinishingProblem, box: Any) -> finishing.FinishingProblem:
+    """Search a placement of the work."""
+    announce("searching a placement of the work")
+    found = table.made(finishing.place, problem, box=box)
+    if not found.found:
+        raise ValueError(f"{table.path('placement')} was searched: {found!r}")
+    done: finishing.FinishingProblem = found.problem
+    return done
 
 
 def _program(table: Table) -> dict[str, Any]:

@@ -32,6 +32,15 @@ class Kernel(CPUDispatcher):
         with _uncollected():
             return super().compile(sig)
 
+    def result_type(self, sig: Any) -> Any:
+        """Return numba's type of the result for types of arguments; the code is loaded only where it must."""
+        found = None if sig in self.overloads else self._cache.result_type(sig, self.targetctx)
+        if found is None:
+            self.compile(sig)
+            made: Any = self.overloads[sig]
+            found = made.signature.return_type
+        return found
+
     def __reduce__(self) -> Any:
         """Pickle by module and name, so that another process uses its own kernel and the code on disk."""
         where, name = self.py_func.__module__, self.py_func.__qualname__

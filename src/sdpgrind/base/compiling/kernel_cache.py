@@ -17,6 +17,7 @@ from sdpgrind.base.compiling.compile_line import listen
 from sdpgrind.base.compiling.kernel_digest import digest, digest_of_type
 from sdpgrind.base.warned import warn
 
+_SIGNATURE = 3  # source: numba 0.6x, CompileResult._reduce
 _lines: dict[tuple[str, str], list[int]] = {}
 """(file, name) -> first lines of the functions of that name, in the order of definition."""
 
@@ -48,6 +49,13 @@ class KernelCache(_Cache):
         if found is None:
             listen()
         return found
+
+    def result_type(self, sig: Any, target_context: Any) -> Any:
+        """Return numba's type of the result for a signature, without its machine code; None: not on disk."""
+        files = self._files()
+        with suppress(EOFError, pickle.UnpicklingError, ImportError, AttributeError, OSError):
+            return files.result_type(sig, target_context) if isinstance(files, _Files) else None
+        return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Write the machine code for a signature."""
@@ -97,9 +105,18 @@ class _Files(FunctionCache):
         return sig, codegen.magic_tuple(), self._digest, tuple(digest_of_type(kind) for kind in args)
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        found = self._kept(sig, target_context)
+        return None if found is None else self._impl.rebuild(target_context, found)
+
+    def result_type(self, sig: Any, target_context: Any) -> Any:
+        """Return the type of the result for a signature; None: it is not on disk."""
+        found = self._kept(sig, target_context)
+        return None if found is None else found[_SIGNATURE].return_type
+
+    def _kept(self, sig: Any, target_context: Any) -> Any:
         key = self._index_key(sig, target_context.codegen())
         found = self._cache_file.load(key) if self._enabled else None
-        return self._impl.rebuild(target_context, found[1]) if found is not None and found[0] == key else None
+        return found[1] if found is not None and found[0] == key else None
 
     def _save_overload(self, sig: Any, data: Any) -> None:
         if self._enabled and self._impl.check_cachable(data):

@@ -123,8 +123,10 @@ def _call(program: CProgram, kernel: Any, values: list[Value]) -> tuple[Function
 
 def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) -> tuple[Function, str]:
     inputs = [Value(f"in->{one}", FLOAT64) for one in recipe.inputs]
+    fixed = tuple((int(k), float(recipe.state[k])) for k in recipe.settings)
+    state = Value("s", Array(FLOAT64, (recipe.state.size,), (1,), fixed=fixed), root="s")
     after = [program.constant(one, "") for one in recipe.after]
-    values = [_row("s", recipe.state.size), *constants, *inputs, *after, _row("o", len(recipe.outputs))]
+    values = [state, *constants, *inputs, *after, _row("o", len(recipe.outputs))]
     function, call = _call(program, recipe.step, values)
     if not isinstance(function.result, Scalar) or function.result.c == "double":
         raise checks.refuse("step", "a kernel that returns a whole number, the status", function.result)

@@ -104,7 +104,7 @@ def bounds_of(recipe: Recipe, chain: Floats) -> Floats:
     Rows of the chain stand between: a state that a row outside had changed would show there.
     """
     usual = chain[: max(len(chain) // 2, 1)]
-    rows = []
+    rows: list[Floats] = []
     for j, (low, high) in enumerate(recipe.limits):
         ends = (low, high, np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
         for value in (*ends, -np.inf, np.inf, *_GREATEST, np.nan):

@@ -11,8 +11,9 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.codegen._files.shell import reset_state
 from sdpgrind.codegen._files.vectors import Answers
 from sdpgrind.codegen._proof import compilers
+from sdpgrind.codegen._proof.foreign import other_functions
 from sdpgrind.codegen._proof.library import Library
-from sdpgrind.codegen._proof.program import Program
+from sdpgrind.codegen._proof.program import ProgramRun
 from sdpgrind.codegen._proof.stack import stack_of
 from sdpgrind.codegen._recipe import Recipe
 
@@ -41,11 +42,11 @@ class Builds:
         Folder of the export.
     folder : Path
         Where they are built.
-    libm : bool
-        Whether functions of the C library are used: those of 32-bit ARM have bits of their own.
+    libm : sequence of str
+        Functions of the C library that are used.
     """
 
-    def __init__(self, recipe: Recipe, source: Path, folder: Path, name: str, libm: bool) -> None:
+    def __init__(self, recipe: Recipe, source: Path, folder: Path, name: str, libm: Sequence[str]) -> None:
         self.libm = libm
         self._recipe, self._source, self._folder, self._name = recipe, source, folder, name
         self._sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
@@ -63,8 +64,8 @@ class Builds:
         for target in targets:
             if target == "sanitizers":
                 missing += [f"sanitizers of {one}" for one in there if not self._sanitized(one)]
-            elif target == "aarch64" or not self.libm:
-                missing += self._abroad(target)
+            else:
+                missing += self._abroad(target, there)
         return missing
 
     def stack(self, levels: Sequence[str]) -> dict[str, int]:
@@ -81,7 +82,7 @@ class Builds:
     def _program(self, build: str, emulator: str, compiler: str, *flags: str) -> None:
         state = reset_state(self._recipe)
         place = (self._source, self._place(), self._name, self._sizes)
-        self._add(build, Program(*place, state, emulator, compiler, flags), SLOW)
+        self._add(build, ProgramRun(*place, state, emulator, compiler, flags), SLOW)
 
     def _sanitized(self, compiler: str) -> bool:
         if not compilers.links(compiler, *_SANITIZED):
@@ -89,9 +90,16 @@ class Builds:
         self._program(f"{compiler} sanitizers", "", compiler, *_SANITIZED)
         return True
 
-    def _abroad(self, target: str) -> list[str]:
+    def _abroad(self, target: str, there: Sequence[str]) -> list[str]:
+        """Add a build for another processor, unless its C library has bits of its own."""
         compiler, emulator = _ABROAD[target]
-        missing = compilers.found((compiler, emulator))[1]
-        if not missing:
-            self._program(target, emulator, compiler, "-O2", "-static")
-        return missing
+        if missing := compilers.found((compiler, emulator))[1]:
+            return missing
+        if self.libm and not there:
+            return [f"{target}: no compiler here to compare its C library with"]
+        place = self._place()
+        others = other_functions(self.libm, place, there[0], compiler, emulator) if self.libm else []
+        if others:
+            return [f"{target}: its C library computes {', '.join(others)} with other bits"]
+        self._program(target, emulator, compiler, "-O2", "-static")
+        return []

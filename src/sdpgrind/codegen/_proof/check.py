@@ -58,7 +58,8 @@ class ExportCheck:
     builds : dict of str to int
         Compiler and level to the number of steps that differ.
     missing : tuple of str
-        Compilers, sanitizers and emulators that were not found.
+        Compilers, sanitizers and emulators that were not found, and processors that were left out as their C
+        library has bits of its own.
     first : Difference or None
         First step that differs.
     steps : dict of str to int
@@ -97,7 +98,7 @@ def checked(
 ) -> ExportCheck:
     """Compare all builds with the library on varied inputs of the recipe."""
     with tempfile.TemporaryDirectory() as kept:
-        made = Builds(recipe, folder, Path(kept), str(manifest["name"]), manifest["math"] != "none")
+        made = Builds(recipe, folder, Path(kept), str(manifest["name"]), manifest["libm"])
         there, missing = compilers.found(names)
         for compiler in there:
             for level in levels:

@@ -81,8 +81,13 @@ class CompiledController:
 
     @property
     def stands_for(self) -> str:
-        """Class of the thing that was exported, for the log; text, no unit."""
-        return self._recipe.kind
+        """Class of the controller that steps so, for the log; text, no unit."""
+        return self._recipe.stands_for or self._recipe.kind
+
+    @property
+    def tier(self) -> str:
+        """Name of its table in the log; text, no unit."""
+        return self._recipe.tier
 
     def reset(self) -> None:
         """Start the next part."""

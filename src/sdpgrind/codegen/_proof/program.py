@@ -55,7 +55,7 @@ int main(int count, char **names)
 """
 
 
-class Program:
+class ProgramRun:
     """Export with a main function that takes rows from a file; run by itself, or by an emulator.
 
     Parameters

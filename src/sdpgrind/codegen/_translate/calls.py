@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import Kernel
+from sdpgrind.base.compiling.uncounted import uncounted
+from sdpgrind.codegen._translate.body import moved
 from sdpgrind.codegen._translate.types import (
     BOOL,
     ELEMENTS,
@@ -91,6 +93,9 @@ class Calls(Views):
         """Call a kernel; its result is a temporary."""
         values = [replace(one, number=None) if one.count is None else one for one in values]
         function = self.program.function(kernel, values, (self.source, node))
+        if function.view is not None:
+            place, at = function.view
+            return replace(moved(values[place], at), type=function.result)
         for value, name in zip(values, function.parameters, strict=True):
             if name in function.written:
                 self.write(node, value)
@@ -109,6 +114,8 @@ class Calls(Views):
 
     def _of_library(self, node: ast.Call, thing: Any) -> Value:
         name = getattr(thing, "__name__", "")
+        if thing is uncounted:
+            return self.expression(node.args[0])
         if thing in (np.empty, np.zeros, np.ones):
             return self._made(node, thing)
         if not isinstance(thing, type) and name not in _KNOWN:
@@ -164,6 +171,8 @@ class Calls(Views):
     def _integer(self, node: ast.Call, value: Value) -> Value:
         if value.type != FLOAT64:
             return self.converted(node, value, INT64)
+        if value.number is not None and math.isfinite(value.number):
+            return literal(int(value.number))
         return Value(f"{self.program.helper('int')}({value.code}, fault)", INT64)
 
     # -- arrays ----------------------------------------------------------------------------------------
@@ -177,16 +186,12 @@ class Calls(Views):
         if kinds:
             told = self.expression(kinds[0]).type
             element = ELEMENTS[np.dtype(told.thing)] if isinstance(told, Known) else FLOAT64
-        items = (
-            [asked]
-            if not isinstance(asked.type, Tuple)
-            else [self.item(asked, k) for k in range(len(asked.type.types))]
-        )
-        if any(one.count is None for one in items):
+        extents = self._counts([asked])
+        if None in extents:
             raise SizeUnknownError(
                 str(self.refused(node, "an array of a size that is no constant", "state it as a constant"))
             )
-        shape = tuple(one.count or 0 for one in items)
+        shape = tuple(one or 0 for one in extents)
         kind = Array(element, shape, dense(shape))
         name = self.name(hint) if hint else self.fresh()
         total = max(self.size(node, kind), 1)
@@ -203,13 +208,20 @@ class Calls(Views):
         if name == "view":
             return self._viewed(node, base, kind)
         if name in ("reshape", "ravel") and kind.dense:
-            counts = [one.count for one in self.operands(list(node.args))] if name == "reshape" else [-1]
+            counts = self._counts(self.operands(list(node.args))) if name == "reshape" else [-1]
             if None in counts:
                 raise SizeUnknownError(
                     str(self.refused(node, "a shape that is no constant", "state it as a constant"))
                 )
             return replace(base, type=self._reshaped(node, kind, [one for one in counts if one is not None]))
         raise self.refused(node, f"the method {name} of an array", "write the loop")
+
+    def _counts(self, asked: list[Value]) -> list[int | None]:
+        """Return the extents of a shape, told as one tuple or by itself."""
+        shape = asked[0] if asked else None
+        if shape is not None and isinstance(shape.type, Tuple):
+            asked = [self.item(shape, k) for k in range(len(shape.type.types))]
+        return [one.count for one in asked]
 
     def _reshaped(self, node: ast.AST, kind: Array, counts: list[int]) -> Array:
         total, rest = self.size(node, kind), math.prod(one for one in counts if one >= 0)
@@ -222,7 +234,7 @@ class Calls(Views):
         told = self.expression(node.args[0]).type
         thing = told.thing if isinstance(told, Known) else None
         if isinstance(thing, np.dtype) and thing.names and kind.element == FLOAT64 and kind.dense:
-            return replace(base, type=RowType(thing))
+            return replace(base, type=RowType(thing, kind.fixed))
         if thing is np.int64 and kind.element == FLOAT64:
-            return replace(base, type=replace(kind, bits=True))
+            return replace(base, type=replace(kind, bits=True, fixed=()))
         raise self.refused(node, "this view of an array", "view doubles as a record, or as np.int64")

@@ -16,7 +16,7 @@ _SIGNS: dict[type, str] = {
     ast.BitAnd: "&", ast.BitOr: "|", ast.BitXor: "^", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
     ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-_FOLDED: dict[type, Callable[[int, int], Any]] = {
+_FOLDED: dict[type, Callable[[float, float], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.LShift: operator.lshift,
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
@@ -125,9 +125,19 @@ class Expressions(Calls):
         a, b = self.converted(node, left, kind), self.converted(node, right, kind)
         return Value(f"{self.program.helper(name)}({a.code}, {b.code})", kind)
 
+    def _is_written(self, node: ast.AST) -> bool:
+        """Whether the exponent stands in the kernel: numba knows such a one, and not those of a law."""
+        if not isinstance(node, ast.BinOp):
+            return True
+        return all(one.id not in self.variables for one in ast.walk(node.right) if isinstance(one, ast.Name))
+
     def _power(self, node: ast.AST, base: Value, exponent: Value) -> Value:
         """Repeated squaring for whole exponents, in the order of numba; pow for others."""
-        if exponent.number in _EVALUATED_OTHERWISE and isinstance(exponent.number, float):
+        if (
+            self._is_written(node)
+            and exponent.number in _EVALUATED_OTHERWISE
+            and isinstance(exponent.number, float)
+        ):
             raise self.refused(node, f"**{exponent.number}", "write x*x, 1/x, np.sqrt(x): pow has other bits")
         if base.count is not None and exponent.count is not None and exponent.count >= 0:
             return literal(base.count**exponent.count)
@@ -165,8 +175,8 @@ class Expressions(Calls):
     def _compared(self, node: ast.AST, sign: ast.cmpop, left: Value, right: Value) -> Value:
         if type(sign) not in _SIGNS:
             raise self.source.unknown(sign)
-        if left.count is not None and right.count is not None:
-            return literal(bool(_FOLDED[type(sign)](left.count, right.count)))
+        if left.number is not None and right.number is not None:
+            return literal(bool(_FOLDED[type(sign)](left.number, right.number)))
         kind = unified(left.type, right.type)
         if not isinstance(kind, Scalar):
             raise self.refused(node, "a comparison of what are no numbers", "compare numbers")

@@ -13,8 +13,11 @@ from sdpgrind.codegen._translate.refusals import KernelSource, check_options
 from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_in_order
 from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.types import (
+    BOOL,
     ELEMENTS,
     FLOAT32,
+    FLOAT64,
+    INT64,
     Array,
     Nothing,
     RowType,
@@ -30,6 +33,7 @@ from sdpgrind.codegen._translate.values import Value, comment, known, literal
 from sdpgrind.codegen._translate.views import SizeUnknownError
 
 _PASSES = 12  # chosen: passes over one kernel; types only widen, so two or three suffice
+_FEW = 64  # chosen: entries of a table whose numbers are written where they are read
 _FRAME = 96  # chosen: bytes of stack of a call beside its variables and arguments
 _ENTRY = 8  # derived: bytes of a pointer
 
@@ -50,6 +54,8 @@ class Function:
     text: str
     bounds: tuple[dict[str, Any], ...]
     stack: int
+    view: tuple[int, int] | None
+    """Of a kernel that only returns a view: the parameter and the place; such a one is no function in C."""
 
     @property
     def record(self) -> dict[str, Any]:
@@ -143,7 +149,8 @@ class CProgram:
             declared = f"static const {element.c} {place}[{len(cells)}]"
             self.tables[place] = f"{self._comment(name, array)}\n{declared} = {{\n    {body}\n}};"
             self.table_bytes += array.nbytes
-            kind = Array(element, array.shape, dense(array.shape))
+            few = array.ravel().tolist() if array.size <= _FEW and element != BOOL else []
+            kind = Array(element, array.shape, dense(array.shape), fixed=tuple(enumerate(few)))
             self._arrays[key] = Value(place, kind)
         return self._arrays[key]
 
@@ -159,21 +166,26 @@ class CProgram:
     ) -> Function:
         """Return the function of a kernel for arguments of these types."""
         kinds = tuple(one.type for one in values)
-        for key in ((kernel, kinds, ()), (kernel, kinds, tuple(one.count for one in values))):
+        known = tuple(one.count for one in values)
+        for key in ((kernel, kinds, ()), (kernel, kinds, known)):
             if key in self.functions:
                 return self.functions[key]
-        for counts in ((), tuple(one.count for one in values)):
-            try:
-                return self._translated(kernel, kinds, counts, at)
-            except SizeUnknownError:
-                if counts or all(one.count is None for one in values):
-                    raise
-        raise AssertionError
+        counts: tuple[int | None, ...] = ()
+        useful = any(one is not None for one in known)
+        found: Function | None = None
+        try:
+            found = self._translated(kernel, kinds, (), at)
+        except SizeUnknownError:
+            if not useful:
+                raise
+        if found is None or (useful and isinstance(found.result, Array) and found.view is None):
+            counts, found = known, self._translated(kernel, kinds, known, at)
+        self.functions[kernel, kinds, counts] = found
+        return found
 
     def _translated(
         self, kernel: Kernel, kinds: tuple[Type, ...], counts: tuple[int | None, ...], at: Any
     ) -> Function:
-        key = (kernel, kinds, counts)
         if kernel in self._underway and at is not None:
             raise at[0].refused(at[1], f"the recursion of {kernel.py_func.__name__}", "write a loop")
         self._underway.append(kernel)
@@ -182,17 +194,25 @@ class CProgram:
             check_options(source, kernel)
             body = Statements(self, kernel, source)
             body.declare(kinds, counts)
-            for _ in range(_PASSES):
-                body.begin()
-                body.body(source.tree.body)
-                if not body.changed:
-                    break
+            result = kernel.result_type(tuple(to_numba(one) for one in kinds))
+            self._settle(body)
+            if wider := wider_result(body.result, result):  # of a branch that this law leaves out
+                body.result = wider
+                self._settle(body)
             found = self._finished(body, kinds, counts)
         finally:
             self._underway.pop()
-        check_result(found)
-        self.functions[key] = found
+        if not same_result(found.result, result):
+            raise AssertionError(f"{found.name}: {found.result}, and numba has {result}")
         return found
+
+    def _settle(self, body: Statements) -> None:
+        """Pass over a kernel until no type changes."""
+        for _ in range(_PASSES):
+            body.begin()
+            body.body(body.source.tree.body)
+            if not body.changed:
+                return
 
     def _finished(
         self, body: Statements, kinds: tuple[Type, ...], counts: tuple[int | None, ...]
@@ -211,6 +231,7 @@ class CProgram:
         return Function(
             name, signature, body.kernel, body.source, body.parameters, kinds, result,
             frozenset(body.written) & frozenset(body.parameters), faults, text, tuple(body.bounds), stack,
+            body.view(lines),
         )  # fmt: skip
 
     # -- text ------------------------------------------------------------------------------------------
@@ -222,7 +243,7 @@ class CProgram:
         parts += list(self.tables.values())
         parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
         parts += [helper_text(name, prefix) for name in helpers_in_order(self.helpers)]
-        functions = list(self.functions.values())
+        functions = [one for one in self.functions.values() if one.view is None]
         parts.append("\n".join(f"{one.signature};" for one in functions))
         return "\n\n".join([*parts, *(one.text for one in functions)])
 
@@ -248,11 +269,8 @@ def _cell(number: Any, element: Scalar) -> str:
     return repr(number) if float(number).is_integer() and abs(number) < 1e15 else float(number).hex()
 
 
-def check_result(function: Function) -> None:
-    """Hold the result's type against numba's."""
-    arguments = tuple(to_numba(one) for one in function.types)
-    function.kernel.compile(arguments)
-    compiled: Any = function.kernel.overloads[arguments]
-    result = compiled.signature.return_type
-    if not same_result(function.result, result):
-        raise AssertionError(f"{function.name}: {function.result}, and numba has {result}")
+def wider_result(found: Type | None, result: Any) -> Scalar | None:
+    """Return numba's type of a result where it is a wider number than the one found."""
+    if not isinstance(found, Scalar):
+        return None
+    return next((one for one in (INT64, FLOAT64) if one.rank > found.rank and same_result(one, result)), None)

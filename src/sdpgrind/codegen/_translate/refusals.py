@@ -57,8 +57,9 @@ class KernelSource:
             one for one in ast.parse(self.text).body if isinstance(one, ast.FunctionDef)
         )
         self.file = shown_file(function)
-        names = [one for one in ast.walk(self.tree) if isinstance(one, ast.Name)]
-        updated = [one.target for one in ast.walk(self.tree) if isinstance(one, ast.AugAssign)]
+        self.nodes = list(ast.walk(self.tree))
+        names = [one for one in self.nodes if isinstance(one, ast.Name)]
+        updated = [one.target for one in self.nodes if isinstance(one, ast.AugAssign)]
         self.read = {one.id for one in names if isinstance(one.ctx, ast.Load)}
         self.read |= {one.id for one in updated if isinstance(one, ast.Name)}
 

@@ -4,7 +4,7 @@ import ast
 import re
 from dataclasses import replace
 
-from sdpgrind.codegen._translate.body import CLine, Variable
+from sdpgrind.codegen._translate.body import CLine, Variable, root_of
 from sdpgrind.codegen._translate.expressions import Expressions
 from sdpgrind.codegen._translate.types import (
     INT64,
@@ -68,7 +68,7 @@ class Statements(Expressions):
             self.target(node.target, self.expression(node.value))
 
     def _sets(self, name: str) -> int:
-        named = (one for one in ast.walk(self.source.tree) if isinstance(one, ast.Name) and one.id == name)
+        named = (one for one in self.source.nodes if isinstance(one, ast.Name) and one.id == name)
         return sum(isinstance(one.ctx, ast.Store) for one in named)
 
     def target(self, node: ast.expr, value: Value) -> None:
@@ -121,7 +121,8 @@ class Statements(Expressions):
     def _place(self, node: ast.Subscript | ast.Attribute) -> Value:
         """Return an element or view that is assigned to."""
         if isinstance(node, ast.Attribute):
-            return self.attribute(node)
+            base = self.expression(node.value)
+            return self.field(base, node.attr) if isinstance(base.type, RowType) else self.attribute(node)
         base = self.expression(node.value)
         if not isinstance(base.type, Array) or base.type.bits:
             raise self.refused(node, "setting an item of what is no array", "use an array")
@@ -134,6 +135,8 @@ class Statements(Expressions):
             return
         if not place.code.endswith("]") or not isinstance(place.type, Scalar):
             raise self.refused(node, "setting a field of a tuple", "make a new tuple")
+        if place.number is not None:
+            raise self.refused(node, "setting an entry that never changes", "take it from the settings")
         self.write(node, place)
         found = self.narrowed(node, value, place.type)
         self.emit(f"{place.code} = {found.code};")
@@ -229,7 +232,10 @@ class Statements(Expressions):
         counter = self.fresh() if apart or name == "_" else self.name(name)
         sign, advance = ("<", f"{counter} += {step}") if step > 0 else (">", f"{counter} -= {-step}")
         advance = {1: f"{counter}++", -1: f"{counter}--"}.get(step, advance)
-        self._bounded(node, self._turns(start, stop, step))
+        turns = self._turns(start, stop, step)
+        if turns == 0:
+            return
+        self._bounded(node, turns)
         with self.block(f"for (int64_t {counter} = {start.code}; {counter} {sign} {stop.code}; {advance})"):
             self._loop_variable(node, name, counter, apart)
             self.body(node.body)
@@ -243,12 +249,12 @@ class Statements(Expressions):
     def _read_outside(self, node: ast.For, name: str) -> bool:
         """Whether the variable of a loop is set within it, or read outside of loops over it."""
         inside: set[int] = set()
-        for loop in ast.walk(self.source.tree):
+        for loop in self.source.nodes:
             if isinstance(loop, ast.For) and isinstance(loop.target, ast.Name) and loop.target.id == name:
                 inside |= {id(one) for part in [loop.target, *loop.body] for one in ast.walk(part)}
-        names = [one for one in ast.walk(self.source.tree) if isinstance(one, ast.Name) and one.id == name]
+        names = [one for one in self.source.nodes if isinstance(one, ast.Name) and one.id == name]
         sets = [one for one in names if isinstance(one.ctx, ast.Store)]
-        loops = [one for one in ast.walk(self.source.tree) if isinstance(one, ast.For) and one.target in sets]
+        loops = [one for one in self.source.nodes if isinstance(one, ast.For) and one.target in sets]
         return len(loops) < len(sets) or any(id(one) not in inside for one in names)
 
     def _turns(self, start: Value, stop: Value, step: int) -> int | None:
@@ -322,6 +328,7 @@ class Statements(Expressions):
         if kind is None or isinstance(kind, RowType):
             raise self.refused(node, "results of two types", "return the same in all branches")
         self._check_alive(node, value)
+        self.returns.append(value)
         if kind != self.result:
             self.result, self.changed = kind, True
         text = (
@@ -339,6 +346,13 @@ class Statements(Expressions):
 
     # -- the function ----------------------------------------------------------------------------------
 
+    def view(self, lines: list[CLine]) -> tuple[int, int] | None:
+        """Return parameter and place where the kernel does nothing but return a view of an array."""
+        value = self.returns[0] if len(self.returns) == len(lines) == 1 else None
+        if value is None or not root_of(value) or value.terms or value.code not in self.parameters:
+            return None
+        return self.parameters.index(value.code), value.at
+
     parameters: tuple[str, ...] = ()
     """Names in C of the parameters."""
 
@@ -353,6 +367,7 @@ class Statements(Expressions):
     def begin(self) -> None:
         """Forget the lines, not the types: another pass over the kernel."""
         super().begin()
+        self.returns: list[Value] = []
         self.declared = {one.arg for one in self.source.tree.args.args}
 
     def tops(self) -> list[CLine]:

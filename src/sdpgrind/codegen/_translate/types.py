@@ -37,13 +37,15 @@ ELEMENTS = {
 class Array:
     """Elements with extents and strides in elements; an extent of None: not known, for indexing only.
 
-    With `bits` the elements are doubles, and what is read are their bits as int64.
+    With `bits` the elements are doubles, and what is read are their bits as int64. `fixed`: elements that
+    never change, with their numbers; a view of a part has none.
     """
 
     element: Scalar
     shape: tuple[int | None, ...]
     strides: tuple[int, ...]
     bits: bool = False
+    fixed: tuple[tuple[int, float], ...] = ()
 
     @property
     def dense(self) -> bool:
@@ -61,9 +63,10 @@ def dense(shape: tuple[int | None, ...]) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class RowType:
-    """A row of doubles with names."""
+    """A row of doubles with names; `fixed` as of `Array`."""
 
     dtype: RecordType
+    fixed: tuple[tuple[int, float], ...] = ()
 
 
 @dataclass(frozen=True)

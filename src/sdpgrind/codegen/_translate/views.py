@@ -1,6 +1,7 @@
 """Attributes and subscripts: items of tuples, fields of records, elements and views of arrays."""
 
 import ast
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,7 +31,8 @@ class Views(Body):
         if isinstance(kind, Tuple) and node.attr in kind.fields:
             return self.item(base, kind.fields.index(node.attr))
         if isinstance(kind, RowType) and node.attr in (kind.dtype.names or ()):
-            return self.field(base, node.attr)
+            found = self.field(base, node.attr)
+            return found if found.number is None else literal(found.number, found.note)
         if isinstance(kind, Array):
             return self._of_array(node, base, kind)
         raise self.refused(node, f"the attribute {node.attr}", "use fields of records and tuples")
@@ -43,7 +45,8 @@ class Views(Body):
         place = moved(base, offset // 8, note=name)
         if inner.shape:
             return replace(place, type=Array(FLOAT64, inner.shape, dense(inner.shape)))
-        return Value(f"{base.code}[{place_of(place)}]", FLOAT64, root=base.root)
+        number = dict(base.type.fixed).get(offset // 8)
+        return Value(f"{base.code}[{place_of(place)}]", FLOAT64, number=number, root=base.root, note=name)
 
     def _of_array(self, node: ast.Attribute, base: Value, kind: Array) -> Value:
         if node.attr == "size":
@@ -86,7 +89,7 @@ class Views(Body):
             raise self.refused(node, "a subscript of what is neither array nor tuple", "use an array")
         place = self.place(node, base, base.type)
         if isinstance(place.type, Array) or not base.type.bits:
-            return place
+            return place if place.number is None else literal(place.number, place.note)
         return Value(f"{self.program.helper('bits')}({place.code})", INT64)
 
     def _of_tuple(self, node: ast.Subscript, base: Value) -> Value:
@@ -124,9 +127,16 @@ class Views(Body):
         view = moved(base, at, tuple(terms), self._note(indices))
         kept = [k for k, one in enumerate(axes) if one.extent != -1] + list(range(len(axes), len(kind.shape)))
         if not kept:
-            return Value(f"{base.code}[{place_of(view)}]", kind.element, root=base.root)
+            number = dict(kind.fixed).get(at) if not terms else None
+            return Value(
+                f"{base.code}[{place_of(view)}]", kind.element, number=number, root=base.root, note=view.note
+            )
         shape = tuple(axes[k].extent if k < len(axes) else kind.shape[k] for k in kept)
-        return replace(view, type=replace(kind, shape=shape, strides=tuple(kind.strides[k] for k in kept)))
+        strides = tuple(kind.strides[k] for k in kept)
+        size = math.prod(one or 1 for one in shape)
+        whole = not terms and None not in shape and strides == dense(shape)
+        fixed = tuple((k - at, one) for k, one in kind.fixed if whole and at <= k < at + size)
+        return replace(view, type=replace(kind, shape=shape, strides=strides, fixed=fixed))
 
     def _note(self, indices: list[ast.expr]) -> str:
         """Return the name of a constant index, for the comment."""

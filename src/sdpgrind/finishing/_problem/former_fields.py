@@ -46,7 +46,10 @@ def current(given: Mapping[str, Any], robot: Any = None, *, quiet: bool = False)
 def former(problem: Any) -> list[tuple[str, Any]]:
     """Return fields and values as version 0.1.0 had them: an arm, and its wrist radius after the diameter."""
     found = []
-    for name in (field.name for field in fields(problem)):
+    for field in fields(problem):
+        name = field.name
+        if name in problem._younger and getattr(problem, name) == field.default:
+            continue
         found.append(("arm" if name == "robot" else name, getattr(problem, name)))
         if name == "tool_diameter" and isinstance(problem.robot, Arm):
             found.append(("wrist_radius", problem.robot.wrist_radius))

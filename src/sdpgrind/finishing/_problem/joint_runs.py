@@ -12,6 +12,8 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._choice import RobotChoice, choose
 from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
 from sdpgrind.finishing.arm._robot import Robot
+from sdpgrind.finishing.arm._spin_choice import spun_choices
+from sdpgrind.finishing.arm._spin_states import spins_of
 from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
@@ -23,6 +25,10 @@ ENDLESS = 1e6  # mm, chosen: half the travel of a table without limits, far beyo
 # Least samples of a leg, and mm between them; chosen: a spline through the joints follows the path.
 FEWEST, STEP = 8, 0.25
 STILL = 1e-6  # mm and 1, chosen: change of a pose between two runs that is none
+
+
+class PostureError(ValueError):
+    """No branch of the robot takes the path where it is; another placement may."""
 
 
 def limits_of(problem: FinishingProblem, method: str) -> tuple[JointLimits, float | None]:
@@ -66,7 +72,25 @@ def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[RobotCh
     if problem.heading == "feed_aligned":
         _refuse_corners(problem, np.split(poses, _turns(samples, poses)))
     place = problem.placement if problem.placement is not None else _centred(problem, poses)
+    if problem.spin != ():
+        return _spun(problem, placed(poses, place), samples), place
     return _chosen(problem, problem.robot, placed(poses, place)), place
+
+
+def _spun(problem: FinishingProblem, poses: Floats, samples: PathSamples) -> RobotChoice:
+    """Branch, turn of the tool and redundant freedoms: turning along the path, or held if that is faster.
+
+    Compared are bounds without limits of jerk: where the tool turns with less travel, a joint may have to
+    accelerate more.
+    """
+    try:
+        found = spun_choices(problem.robot, poses, samples.length, spins_of(problem.spin))
+    except ValueError as error:
+        raise PostureError(f"spin must leave the robot a way: try another placement ({error})") from None
+    if len(found) == 1:
+        return found[0]
+    limits, feeds = limits_of(problem, "min_time")[0], feeds_of(problem, samples)
+    return min(found, key=lambda each: lower_bound(runs_of(samples, each.joints), limits, feed_rate=feeds))
 
 
 def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoice:
@@ -74,7 +98,7 @@ def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoi
     try:
         return choose(robot, poses)
     except ValueError as error:
-        raise ValueError(f"{_advice(problem)} ({error})") from None
+        raise PostureError(f"{_advice(problem)} ({error})") from None
 
 
 def _advice(problem: FinishingProblem) -> str:

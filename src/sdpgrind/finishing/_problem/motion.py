@@ -15,6 +15,7 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.sheets.blocks import AmountTable, figures
 from sdpgrind.finishing._problem.joint_runs import least_duration
+from sdpgrind.finishing._problem.motion_rows import VARYING
 from sdpgrind.finishing._problem.placed import turned
 from sdpgrind.finishing._problem.posture import Posture, posture_of_file, written
 from sdpgrind.finishing._problem.problem import FinishingProblem, check_pressed
@@ -129,13 +130,18 @@ class Motion(Plan):
         return self._own("joint_speed")
 
     @property
+    def spin(self) -> Floats:
+        """Turn of the tool about its own axis from that of the problem, rad, shape (m,); 0: it is held."""
+        return self._own("spin") if "spin" in self._data else np.zeros(len(self.time))
+
+    @property
     def torque_per_force(self) -> Floats:
         """Motor torque per normal force, N m/N, shape (m,); depends on the direction of feed.
 
         Raises
         ------
         ValueError
-            The tool is face-on: contact_angle is pi/2 (rad).
+            The tool is face-on, with a contact_angle of pi/2 (rad), or turns about its own axis.
         """
         check_pressed(self.problem)
         return self._own("torque_per_force")
@@ -327,6 +333,7 @@ class Motion(Plan):
             ("mean_feed_rate", self.mean_feed_rate, "mm/s"),
             ("tool_off_the_path", self.error, "mm"),
             ("least_cos_pitch", self.least_cos_pitch, "1"),
+            *((("turn of the tool", float(np.ptp(self.spin)), "rad"),) if "spin" in self._data else ()),
             ("nearest singularity", f"{self.worst_singularity}", ""),
             ("nearest limit", f"{self.worst_violation}", ""),
             ("time law", self.method, ""),
@@ -339,13 +346,15 @@ class Motion(Plan):
         told = {"problem": stored.encode(self.problem), "method": self.method}
         if self.other_law:
             told["other_law"] = self.other_law
-        told["posture"], told["worst_violation"] = written(self.posture), json.dumps(self.worst_violation)
+        told["posture"] = written(self.posture, self._data)
+        told["worst_violation"] = json.dumps(self.worst_violation)
         return self._data.assign_attrs(told)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
         told = dataset.attrs
-        posture = posture_of_file(json.loads(told["posture"]), dataset.sizes["row"])
+        columns = {name: np.asarray(dataset[name].values) for name in VARYING if name in dataset}
+        posture = posture_of_file(json.loads(told["posture"]), dataset.sizes["row"], columns)
         worst = Violation(*json.loads(told["worst_violation"]))
         problem, method = stored.decode(told["problem"]), str(told["method"])
         other = str(told.get("other_law", ""))  # not in files of version 0.1.0

@@ -24,13 +24,13 @@ SLIDING = ("black", "0.55", "0.35", "0.75")  # table: dark
 
 def plot(motion: "Motion") -> Any:
     """Draw a motion; return the figure."""
-    figure = pictures.figure(12, 5)
-    grid = figure.add_gridspec(3, 2, width_ratios=(1.2, 1))
+    drawn = [_draw_feed, _draw_close, *((_draw_spin,) if "spin" in motion.posture.free else ()), _draw_joints]
+    figure = pictures.figure(12, 5 * len(drawn) / 3)
+    grid = figure.add_gridspec(len(drawn), 2, width_ratios=(1.2, 1))
     above = figure.add_subplot(grid[:, 0], projection="3d", computed_zorder=False)
     _draw_path(figure, above, motion)
-    _draw_feed(figure.add_subplot(grid[0, 1]), motion)
-    _draw_close(figure.add_subplot(grid[1, 1]), motion)
-    _draw_joints(figure.add_subplot(grid[2, 1]), motion)
+    for row, draw in enumerate(drawn):
+        draw(figure.add_subplot(grid[row, 1]), motion)
     figure.suptitle(f"{motion.length[-1]:.0f} mm in {motion.duration:.1f} s, {motion.method}", fontsize=10)
     fill(above)
     return figure
@@ -83,6 +83,12 @@ def _draw_close(axis: Any, motion: "Motion") -> None:
         xlim=(first, min(first + CLOSE, motion.duration)),
         ylim=(0, 1.08 * motion.problem.feed_rate),
     )
+
+
+def _draw_spin(axis: Any, motion: "Motion") -> None:
+    """Draw the turn of the tool about its own axis over time."""
+    axis.plot(motion.time, motion.spin, color=pictures.ACTUAL, lw=1)
+    axis.set(ylabel="turn of tool [rad]", xlim=(0, motion.duration))
 
 
 def _draw_joints(axis: Any, motion: "Motion") -> None:

@@ -1,10 +1,11 @@
 """Rows of a motion: joints, feed and lever of all runs in sequence."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import BSpline
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._problem.problem import FinishingProblem
@@ -19,6 +20,11 @@ SAMPLE_TIME = 0.004  # s, chosen: longest step between rows
 CROWDED = 0.001
 # of a run, chosen: inset from its ends at which the feed direction is that of the run, not of the next
 INSIDE = 1e-7
+VARYING = {
+    "spin": {"units": "rad", "long_name": "turn of the tool about its own axis"},
+    "wrist_radius": {"units": "mm", "long_name": "distance of the wrist from the first axis"},
+}
+"""Freedoms that may vary along a path: columns of a motion."""
 
 
 def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[TimeLaw]) -> xr.Dataset:
@@ -36,13 +42,30 @@ def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[Ti
         np.concatenate(column) for column in zip(*tables, strict=True)
     )
     lever = (
-        None if problem.face_on else problem.torque_per_force(problem.feed_angles(problem.path.at(inside)))
+        problem.torque_per_force(problem.feed_angles(problem.path.at(inside))) if problem.pressed else None
     )
     table = _labelled(problem.robot, time, length, feed, joints, speed, lever)
     if isinstance(problem.path, LiftedPath):
         on_work = problem.path.at(length).contact.astype(np.int8)
         table["contact"] = "row", on_work, {"units": "1", "long_name": "1 on the work, 0 in the air"}
     return table
+
+
+def with_freedoms(
+    table: xr.Dataset, free: Mapping[str, float | BSpline]
+) -> tuple[dict[str, Floats], xr.Dataset]:
+    """Return the values (m,) of redundant freedoms in all rows, and the rows with those that vary."""
+    length = table["length"].values
+    values = {
+        name: value(length) if isinstance(value, BSpline) else np.full(length.size, value)
+        for name, value in free.items()
+    }
+    varying = {
+        name: ("row", values[name], VARYING[name])
+        for name, value in free.items()
+        if isinstance(value, BSpline)
+    }
+    return values, table.assign(varying) if varying else table
 
 
 def _times(law: TimeLaw) -> Floats:

@@ -1,12 +1,18 @@
 """Plan a finishing motion: tool poses, robot joints and time law."""
 
-import numpy as np
-
 from sdpgrind.base import checks
 from sdpgrind.base.progress import ProgressOption, portion, reporting
-from sdpgrind.finishing._problem.joint_runs import feeds_of, limits_of, posture_of, runs_of, samples_of
+from sdpgrind.finishing._problem.joint_runs import (
+    PostureError,
+    feeds_of,
+    limits_of,
+    posture_of,
+    runs_of,
+    samples_of,
+)
 from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError
-from sdpgrind.finishing._problem.motion_rows import rows
+from sdpgrind.finishing._problem.motion_rows import rows, with_freedoms
+from sdpgrind.finishing._problem.placing import placed_for, what_place_would
 from sdpgrind.finishing._problem.posture import Posture
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.timing._laws import time_laws
@@ -32,6 +38,9 @@ def plan(
     speed, acceleration and jerk; slower than a trapezoid (no limit of jerk) where there are many corners;
     ``jerk_max=None``: no limit of jerk. All three rest at sharp corners; ``path.blended()`` has none, and
     suits the last two. Straight lines of a lift are runs at its ``air_feed``; the limits hold there, too.
+
+    A robot without a table whose problem has no placement is placed by `place`, with a warning that says
+    where; the problem of the motion then has that placement and azimuth.
 
     Parameters
     ----------
@@ -61,16 +70,22 @@ def plan(
     >>> path = finishing.hilbert(finishing.preset("nominal").surface, 3)
     >>> motion = finishing.plan(finishing.FinishingProblem(path))
     >>> motion.worst_violation.held, round(motion.mean_feed_rate / motion.problem.feed_rate, 2)
-    (True, 0.67)
+    (True, 0.87)
     """
     assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
     checks.one_of("method", method, METHODS)
-    if problem.heading == "fixed":  # ends of legs show what is out of reach, before the long sampling
-        posture_of(problem, problem.path.sample(per_leg=1))
+    problem, begun = placed_for(problem, progress)
+    progress = portion(progress, begun, 1.0)
     progress(0.0, "joints along the path")
     samples = samples_of(problem.path)
-    chosen, place = posture_of(problem, samples)
+    try:
+        if problem.heading == "fixed" and problem.spin == ():
+            # ends of legs show what is out of reach, before the long sampling
+            posture_of(problem, problem.path.sample(per_leg=1))
+        chosen, place = posture_of(problem, samples)
+    except PostureError as error:
+        raise ValueError(f"{error}; {what_place_would(problem)}") from None
     limits, pace = limits_of(problem, method)
     runs, feeds = runs_of(samples, chosen.joints), feeds_of(problem, samples)
     laws = time_laws(
@@ -83,8 +98,7 @@ def plan(
     )
     worst = worst_violation(runs, laws, limits=limits, feed_rate=feeds)
     begun = sum(law.duration for law in laws[: worst.run])
-    table = rows(problem, runs, laws)
-    free = {name: np.full(table.sizes["row"], value) for name, value in chosen.free.items()}
+    free, table = with_freedoms(rows(problem, runs, laws), chosen.free)
     posture = Posture(chosen.branch, place, free)
     other = "; ".join(f"run {k}: {law.status}" for k, law in enumerate(laws) if law.status)
     motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), table, other)

@@ -1,7 +1,7 @@
 """Posture of a robot over a motion, and its form in files."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,7 +23,8 @@ class Posture(ByValue):
     placement : (float, float, float) or (float, float, float, float)
         Origin of the surface in the base frame with the table at zero, mm, and its turn about z, rad.
     free : mapping
-        Name -> values of a redundant freedom in every row (m,), such as "wrist_radius" of an `Arm`, mm.
+        Name -> values of a redundant freedom in every row (m,): "spin", the turn of the tool about its own
+        axis, rad; "wrist_radius" of an `Arm`, mm.
     """
 
     branch: int
@@ -48,17 +49,18 @@ class Posture(ByValue):
         return float(self.free["wrist_radius"][0])
 
 
-def written(posture: Posture) -> str:
-    """JSON of a posture; a freedom that is the same in every row is one number."""
+def written(posture: Posture, columns: Container[Any] = ()) -> str:
+    """JSON of a posture, without freedoms among the columns; one that never changes is one number."""
     free = {
         name: float(values[0]) if np.all(values == values[0]) else values.tolist()
         for name, values in posture.free.items()
+        if name not in columns
     }
     return json.dumps({"branch": posture.branch, "placement": posture.placement, "free": free})
 
 
-def posture_of_file(told: Any, rows: int) -> Posture:
-    """Posture of a file; version 0.1.0 wrote wrist radius, branch and placement."""
+def posture_of_file(told: Any, rows: int, columns: Mapping[str, Floats]) -> Posture:
+    """Posture of a file, with freedoms in columns; version 0.1.0 wrote wrist radius, branch and placement."""
     if isinstance(told, list):
         radius, branch, place = told
         told = {"branch": branch, "placement": place, "free": {"wrist_radius": radius}}
@@ -66,4 +68,4 @@ def posture_of_file(told: Any, rows: int) -> Posture:
         name: lasting(np.broadcast_to(np.asarray(value, dtype=float), (rows,)))
         for name, value in told["free"].items()
     }
-    return Posture(int(told["branch"]), tuple(told["placement"]), free)
+    return Posture(int(told["branch"]), tuple(told["placement"]), free | dict(columns))

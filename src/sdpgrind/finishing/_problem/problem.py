@@ -19,6 +19,7 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._lever import feed_angle, torque_per_force
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._serial import SerialRobot
+from sdpgrind.finishing.arm._spin_states import checked_spin
 from sdpgrind.finishing.arm._tool import HEADINGS, checked_hold, is_face_on, tool_poses
 from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._path import Path
@@ -107,6 +108,10 @@ class FinishingProblem(Described):
     placement : (float, float, float) or (float, float, float, float), optional
         Origin of the surface in the base frame with the table at zero, mm, and its turn about z, rad. None:
         centres the travel of the table, 100 mm up; a robot without a table needs one.
+    spin : int or tuple of float
+        Turns of the tool about its own axis (z of P) that the planner may choose from along the path, where
+        the process does not mind: their number over a turn, such as 24, or angles, rad, between which it
+        stays. No torque of the axis then presses the tool. Default (): it is held.
 
     Raises
     ------
@@ -122,6 +127,7 @@ class FinishingProblem(Described):
     12.5
     """
 
+    _younger = ("spin",)  # left out of files and digests while it is (), as in versions that did not have it
     path: Path | LiftedPath = custom(_path)
     _: dataclasses.KW_ONLY
     model: RoughnessModel = part(
@@ -140,6 +146,7 @@ class FinishingProblem(Described):
     friction_ratio: float = quantity("1", at_least=0, default=0.3)
     tool_diameter: float = quantity("mm", above=0, usual=(0.05, 1000.0), typical=4, default=4.0)
     placement: tuple[float, ...] | None = custom(_place, "mm", default=None)
+    spin: int | tuple[float, ...] = custom(checked_spin, "rad", default=())
 
     def _check(self) -> None:
         checked_hold(self.contact_angle, self.lever_arm, self.pushed)
@@ -154,7 +161,7 @@ class FinishingProblem(Described):
             raise self._refused("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?")
         # a fixed tool meets every direction of feed
         turns = (0.0, math.pi) if self.heading == "fixed" else (0.0,)
-        for turned in () if self.face_on else turns:
+        for turned in turns if self.pressed else ():
             self.torque_per_force(turned)
 
     @classmethod
@@ -212,6 +219,11 @@ class FinishingProblem(Described):
     def face_on(self) -> bool:
         """Whether the tool's axis is along the normal: contact_angle is pi/2, in rad."""
         return is_face_on(self.contact_angle)
+
+    @property
+    def pressed(self) -> bool:
+        """Whether a torque presses the tool, at an angle of less than pi/2 (rad) and held about its axis."""
+        return not self.face_on and self.spin == ()
 
     def torque_per_force(self, feed_angle: Any) -> Any:
         """Return the motor torque per normal force, N m/N.
@@ -319,7 +331,10 @@ def _digest(path: Path | LiftedPath) -> str:
 
 
 def check_pressed(problem: FinishingProblem, name: str = "contact_angle") -> None:
-    """Refuse a tool that no torque of its motor presses."""
+    """Refuse a tool that no torque of its motor presses; `name`: of its angle, as the caller knows it."""
+    if problem.spin != ():
+        rule = "(): no torque of the axis presses a tool that turns about its own axis"
+        raise checks.refuse(name.replace("contact_angle", "spin"), rule, problem.spin)
     if problem.face_on:
         rule = "< pi/2: no torque of the axis presses a tool that is face-on"
         raise checks.refuse(name, rule, problem.contact_angle, "rad")

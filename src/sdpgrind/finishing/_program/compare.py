@@ -5,13 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._program.configuration import check_configuration
+from sdpgrind.finishing._program.configuration import STEP, check_configuration
 from sdpgrind.finishing._program.course import PlannedMotion, frames_of
 from sdpgrind.finishing._program.follow import PLACES, FollowedPath, followed
 from sdpgrind.finishing._program.matching_kernels import match
 from sdpgrind.finishing._program.turns import angle_between, between, raised, shifted, turns_of
-
-_STEP = 0.03  # mm, chosen: other places than the writer's; a chord of it leaves an arc of 0.3 mm by 0.4 um
 
 
 class MotionCheck(NamedTuple):
@@ -21,7 +19,9 @@ class MotionCheck(NamedTuple):
     ----------
     deviation : float
         Greatest distance of the contact from the planned path, or of a turn of the tool times the lever arm,
-        mm.
+        mm. Each planned place is compared with the nearest one of the program: of a program that is off by
+        more than the stated deviation, as in another work frame, the turn is that at another place of the
+        path, and both numbers are upper bounds.
     angle_deviation : float
         Greatest turn of the tool from the planned one, rad.
     feed_excess : float
@@ -65,17 +65,25 @@ def check_lines(path: Any, motion: PlannedMotion) -> MotionCheck:
 
 
 def _planned(motion: PlannedMotion) -> Planned:
-    """Motion at places at most `_STEP` apart, lifted off before and after."""
+    """Motion at places at most `STEP` apart, lifted off before and after."""
     time, length = motion.profile[:, 0], motion.at(motion.profile[:, 0]).length
-    parts = np.maximum(np.ceil(np.diff(length) / _STEP), 1.0)
+    parts = np.maximum(np.ceil(np.diff(length) / STEP), 1.0)
     where = np.interp(np.arange(parts.sum() + 1), np.append(0.0, np.cumsum(parts)), time)
     state, problem = motion.at(where), motion.problem
     poses = problem.robot.forward(state.joints)
-    ends = [raised(pose, problem.contact_angle, pushed=problem.pushed) for pose in poses[[0, -1]]]
+    ends = _raised_ends(motion, poses[[0, -1]])
     tips = np.concatenate([[ends[0]], poses, [ends[1]]]) @ shifted(problem.lever_arm)
     feeds = np.concatenate([[problem.feed_rate], state.feed_rate, [problem.feed_rate]])
     joints = np.concatenate([state.joints[:1], state.joints, state.joints[-1:]])
     return Planned(np.ascontiguousarray(tips[:, :3, 3]), turns_of(tips), feeds, joints)
+
+
+def _raised_ends(motion: PlannedMotion, poses: Floats) -> list[Floats]:
+    """First and last pose (2, 4, 4) of the tool, lifted off."""
+    return [
+        raised(pose, motion.problem, spin)
+        for pose, spin in zip(poses, motion.spin[[0, -1]].tolist(), strict=True)
+    ]
 
 
 def _passed(there: FollowedPath, places: Floats, segment: Any, share: Floats) -> float:
@@ -128,6 +136,6 @@ def _lifts(path: Any, motion: PlannedMotion) -> tuple[Floats, Floats]:
         )
     problem = motion.problem
     ends = problem.robot.forward(motion.profile[[0, -1], 1:])
-    above = [raised(pose, problem.contact_angle, pushed=problem.pushed) for pose in ends]
+    above = _raised_ends(motion, ends)
     told = problem.robot.forward(np.array([path.approach[0], path.retract[0]]))
     return told, np.array(above)

@@ -6,6 +6,8 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 
+# mm, chosen: places of a check, other than the writer's; a chord of it leaves an arc of 0.3 mm by 0.4 um
+STEP = 0.03
 _ROUNDING = 1e-3  # rad, chosen: a joint nearer to a quarter of a turn, or to 0, may count on either side
 
 
@@ -13,11 +15,9 @@ def check_configuration(path: Any, joints: Floats, block: Any, branch: int) -> N
     """Refuse a move whose branch, quarters or signs are not those of the motion at its end."""
     if path.configuration.shape[1] == 0:
         return
-    ends = np.searchsorted(block, np.arange(len(path.feeds)), side="right") - 1
-    # The move ends between two samples of the plan.
-    before, after = (joints[np.clip(ends + k, 0, len(joints) - 1)] for k in (0, 1))
-    low = _configured(path.target, np.minimum(before, after) - _ROUNDING, branch)
-    high = _configured(path.target, np.maximum(before, after) + _ROUNDING, branch)
+    least, most = _near_ends(joints, block, path.radii)
+    low = _configured(path.target, least - _ROUNDING, branch)
+    high = _configured(path.target, most + _ROUNDING, branch)
     told = path.configuration
     if path.target == "rapid":
         fits = np.all((told == low) | (told == high), axis=1)
@@ -30,6 +30,14 @@ def check_configuration(path: Any, joints: Floats, block: Any, branch: int) -> N
             f"text must name the configuration of the motion's joints; move {k + 1} names"
             f" {told[k].astype(int).tolist()}, the joints have {low[k].astype(int).tolist()}"
         )
+
+
+def _near_ends(joints: Floats, block: Any, radii: Floats) -> tuple[Floats, Floats]:
+    """Extremes of the joints (moves, n) near the end of each move: between two samples, or in its blend."""
+    ends = np.searchsorted(block, np.arange(len(radii)), side="right") - 1
+    first = np.maximum(ends - np.ceil(2.0 * radii / STEP).astype(int), 0)
+    near = [joints[a : b + 2] for a, b in zip(first, ends, strict=True)]
+    return np.array([each.min(axis=0) for each in near]), np.array([each.max(axis=0) for each in near])
 
 
 def _configured(target: str, joints: Floats, branch: int) -> Floats:

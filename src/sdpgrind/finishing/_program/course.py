@@ -43,6 +43,10 @@ class PlannedMotion(Protocol):
         """Joints of the rows, rad or mm."""
 
     @property
+    def spin(self) -> Floats:
+        """Turn of the tool about its own axis at the rows, rad."""
+
+    @property
     def profile(self) -> Floats:
         """Times (s) and joints (rad, mm), each time once."""
 
@@ -123,10 +127,10 @@ def contacts(motion: PlannedMotion, frames: RobotFrames, joints: Floats) -> Floa
     return out
 
 
-def lifted(motion: PlannedMotion, joints: Floats) -> Floats:
-    """Return the joints (n,) above those in contact, in the same branch, rad."""
-    problem = motion.problem
-    pose = raised(problem.robot.forward(joints), problem.contact_angle, pushed=problem.pushed)
+def lifted(motion: PlannedMotion, row: int) -> Floats:
+    """Return the joints (n,) above those of a row, in the same branch, rad."""
+    problem, joints = motion.problem, motion.joints[row]
+    pose = raised(problem.robot.forward(joints), problem, float(motion.spin[row]))
     found = problem.robot.solutions([pose])[0]
     turns = found + 2 * np.pi * np.round((joints - found) / (2 * np.pi))
     away = np.nan_to_num(np.abs(turns - joints).max(axis=1), nan=np.inf)

@@ -40,6 +40,8 @@ _USUAL, _TYPICAL = (0.002, 5.0), 0.02  # mm, chosen: rounding of the numbers to 
 # source: KRL 24 characters; RAPID 32, two of them for p_, t_, w_; others: chosen
 _NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60}
 _POINTS = 5000  # source: specification, size of a KRL program that its editor takes
+_TURNED = 0.35  # rad, source: specification, greatest turn of a joint from pose to pose
+_STILL = 1e-6  # rad, chosen: turn of a tool at rest that is rounding
 _SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
 # source: words of URScript, RAPID and KRL that a program of ours uses, or that no program may be called
 _WORDS = (
@@ -153,6 +155,7 @@ def program_of(
     checks.one_of("target", target, TARGETS)
     allowed = _deviation(deviation)
     _check_name(target, name)
+    _check_spin(motion)
     if checks.kind("timing", timing, bool) and target not in ("urscript", "csv"):
         raise ValueError(f"timing must be False for {target}, which keeps no times; take urscript or csv")
     head = list(_head(motion, target, allowed, name, date))
@@ -191,6 +194,18 @@ def _check_robot(motion: PlannedMotion, target: str) -> None:
         raise checks.refuse(f"joints for {target}", "within a turn of 0", turn, "rad")
 
 
+def _check_spin(motion: PlannedMotion) -> None:
+    """Refuse a tool whose turn about its own axis jumps from one row to the next."""
+    jumps = np.abs(np.diff(motion.spin))
+    jumps[np.diff(motion.length) > 0] -= _TURNED
+    for k in np.flatnonzero(jumps > _STILL)[:1]:
+        before, after = motion.spin[k : k + 2].tolist()
+        raise ValueError(
+            f"spin of the motion must not jump (rad): from {before:.6g} to {after:.6g} between rows {k} and"
+            f" {k + 1}, at {motion.time[k]:.4g} s"
+        )
+
+
 def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date: str | None) -> Iterator[str]:
     """Lines on plan, frames and deviation; ASCII."""
     from sdpgrind import __version__
@@ -216,10 +231,10 @@ def _lines(motion: PlannedMotion, target: str, head: list[str], name: str, devia
     """Straight moves: down to the work, along the runs, and off again."""
     problem, frames = motion.problem, frames_of(motion)
     runs = [blocks_of(run, deviation, problem.lever_arm) for run in runs_of(motion, frames)]
-    down, up = motion.joints[:1], lifted(motion, motion.joints[-1])[None]
+    down, up = motion.joints[:1], lifted(motion, -1)[None]
     runs[0] = joined([_exact(motion, frames, down), runs[0]])
     runs[-1] = joined([runs[-1], _exact(motion, frames, up)])
-    start = lifted(motion, motion.joints[0])
+    start = lifted(motion, 0)
     more = {"urscript": urscript.head(False), "rapid": rapid.head(), "krl": krl.head()}[target]
     form = TextForm(name, [*head, *more], frames, start, problem.acceleration)
     if target == "krl":
@@ -269,7 +284,5 @@ def _stream(motion: PlannedMotion, head: list[str], name: str) -> str:
     """Joints every 8 ms, the last step shorter."""
     end = float(motion.time[-1])
     time = np.append(np.arange(0.0, end - 1e-6, urscript.PERIOD), end)
-    form = TextForm(
-        name, [*head, *urscript.head(True)], frames_of(motion), lifted(motion, motion.joints[0]), 0.0
-    )
-    return urscript.stream(time, motion.at(time).joints, form, lifted(motion, motion.joints[-1]))
+    form = TextForm(name, [*head, *urscript.head(True)], frames_of(motion), lifted(motion, 0), 0.0)
+    return urscript.stream(time, motion.at(time).joints, form, lifted(motion, -1))

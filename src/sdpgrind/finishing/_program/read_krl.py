@@ -95,6 +95,11 @@ def _statement(line: str, number: int) -> tuple[str, tuple[Any, ...]]:
 def _take(
     moves: Moves, values: dict[str, float], kind: str, groups: tuple[Any, ...], line: str, number: int
 ) -> None:
+    if kind == "frame" and moves.poses:
+        raise ValueError(
+            f"text must set ${groups[0]} before its straight moves, which all count in one; line {number}"
+            " sets it again"
+        )
     if kind == "frame":
         pose = _pose(_pairs(groups[1], line, number, "XYZABC"))
         setattr(moves, {"TOOL": "tool", "BASE": "work"}[groups[0]], pose)

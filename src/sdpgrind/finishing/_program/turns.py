@@ -1,6 +1,7 @@
 """Geometry that writers and readers of programs share: rigid motions, unit quaternions, lifts."""
 
 import math
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -65,15 +66,19 @@ def between(first: Floats, second: Floats, share: Floats) -> Floats:
     return unit
 
 
-def outward(pose: Floats, contact_angle: float, *, pushed: bool) -> Floats:
-    """Return the outward normal (3,) of the work at a pose of the tool, see `arm.tool_poses`."""
+def outward(pose: Floats, contact_angle: float, spin: float, *, pushed: bool) -> Floats:
+    """Return the outward normal (3,) of the work at a pose of the tool, see `arm.tool_poses`.
+
+    `spin`: the turn of the tool about its own axis in the pose, rad.
+    """
     sign = 1.0 if pushed else -1.0
-    out: Floats = -sign * math.cos(contact_angle) * pose[:3, 0] - math.sin(contact_angle) * pose[:3, 2]
+    ahead = math.cos(spin) * pose[:3, 0] - math.sin(spin) * pose[:3, 1] if spin else pose[:3, 0]
+    out: Floats = -sign * math.cos(contact_angle) * ahead - math.sin(contact_angle) * pose[:3, 2]
     return out
 
 
-def raised(pose: Floats, contact_angle: float, *, pushed: bool) -> Floats:
-    """Return a pose of the tool (4, 4) moved off the work along its normal by `LIFT`, mm."""
+def raised(pose: Floats, problem: Any, spin: float) -> Floats:
+    """Return a pose of the tool (4, 4), turned by `spin`, rad, moved off the work by `LIFT`, mm."""
     out = pose.copy()
-    out[:3, 3] += LIFT * outward(pose, contact_angle, pushed=pushed)
+    out[:3, 3] += LIFT * outward(pose, problem.contact_angle, spin, pushed=problem.pushed)
     return out

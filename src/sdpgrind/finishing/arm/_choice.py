@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import BSpline
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _serial_kernels as kernels
@@ -17,10 +18,13 @@ _SINGULAR = "the robot comes through a singular pose"
 
 
 class RobotChoice(NamedTuple):
-    """Branch, values of redundant freedoms (mm, rad) by name, and joints (m, n) on a path."""
+    """Branch, values of redundant freedoms (mm, rad) by name, and joints (m, n) on a path.
+
+    A freedom that varies is a spline over the length of the path, mm.
+    """
 
     branch: int
-    free: Mapping[str, float]
+    free: Mapping[str, float | BSpline]
     joints: Floats
 
 

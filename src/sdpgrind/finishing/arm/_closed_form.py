@@ -11,6 +11,9 @@ from sdpgrind.finishing.arm import _serial_kernels as kernels
 
 # rad, mm; chosen: a robot that is off by less reaches a pose to 1e-6 mm at 1 m
 CROOKED, APART = 1e-9, 1e-6
+# rad, mm; chosen: what angles of four decimals (1.5708) leave at two joints and a link of 1 m; solutions are
+# polished on the chain itself then
+ROUNDED, SHIFTED = 2e-4, 0.2
 SHORTEST = 1e-3  # mm, chosen: a shorter link makes no elbow
 
 
@@ -26,7 +29,8 @@ class ClosedForm(NamedTuple):
     """Constants of a closed form; see `_serial_kernels`.
 
     Angles are ``zeros + signs * joints``; `lengths` are a1, a2, a3, a4, e, d5, mm; a pose of the flange is
-    ``before^-1 @ inner @ behind^-1``; `crooked` turns the frame of link 3 into that of the wrist.
+    ``before^-1 @ inner @ behind^-1``; `crooked` turns the frame of link 3 into that of the wrist. `near`: the
+    axes keep the rules but for the rounding of a file, so the constants are those of a robot nearby.
     """
 
     wrist: bool
@@ -36,6 +40,7 @@ class ClosedForm(NamedTuple):
     crooked: Floats
     zeros: Floats
     signs: Floats
+    near: bool = False
 
     @property
     def reach(self) -> float:
@@ -75,10 +80,16 @@ class _Rule(NamedTuple):
     words: str
     off: float
     unit: str
+    exact: bool = False  # asked of robots nearby, too
 
     @property
     def kept(self) -> bool:
         return self.off <= (CROOKED if self.unit == "rad" else APART)
+
+    @property
+    def nearly(self) -> bool:
+        """Whether it is kept but for the rounding of a file."""
+        return self.kept or (not self.exact and self.off <= (ROUNDED if self.unit == "rad" else SHIFTED))
 
 
 def closed_form(screws: Screws) -> ClosedForm | str:
@@ -88,6 +99,10 @@ def closed_form(screws: Screws) -> ClosedForm | str:
         return _of_wrist(screws)
     if all(rule.kept for rule in parallel):
         return _of_parallel(screws)
+    if all(rule.nearly for rule in wrist):
+        return _of_wrist(screws)._replace(near=True)
+    if all(rule.nearly for rule in parallel):
+        return _of_parallel(screws)._replace(near=True)
     return f"a spherical wrist ({_told(wrist)}), or axes 2, 3, 4 parallel ({_told(parallel)})"
 
 
@@ -111,8 +126,8 @@ def _wrist_rules(screws: Screws) -> list[_Rule]:
         _upright(w, 4, 5),
         _upright(w, 5, 6),
         _Rule((4, 5, 6), "meet in a point", max(apart, float(further)), "mm"),
-        _Rule((2, 3), "be apart", _too_near(screws, 1, screws.points[2]), "mm"),
-        _Rule((3, 4), "be apart where axis 5 crosses", _too_near(screws, 2, at), "mm"),
+        _Rule((2, 3), "be apart", _too_near(screws, 1, screws.points[2]), "mm", True),
+        _Rule((3, 4), "be apart where axis 5 crosses", _too_near(screws, 2, at), "mm", True),
     ]
 
 
@@ -125,8 +140,8 @@ def _parallel_rules(screws: Screws) -> list[_Rule]:
         _upright(w, 4, 5),
         _upright(w, 5, 6),
         _Rule((5, 6), "meet in a point", _meeting(screws, 4, 5)[1], "mm"),
-        _Rule((2, 3), "be apart", _too_near(screws, 1, screws.points[2]), "mm"),
-        _Rule((3, 4), "be apart", _too_near(screws, 2, screws.points[3]), "mm"),
+        _Rule((2, 3), "be apart", _too_near(screws, 1, screws.points[2]), "mm", True),
+        _Rule((3, 4), "be apart", _too_near(screws, 2, screws.points[3]), "mm", True),
     ]
 
 

@@ -28,6 +28,7 @@ from sdpgrind.finishing.arm._chain_checks import (
 from sdpgrind.finishing.arm._chain_form import form_of
 from sdpgrind.finishing.arm._closed_form import ClosedForm, inverted
 from sdpgrind.finishing.arm._inverse import checked_poses
+from sdpgrind.finishing.arm._polish import polish
 from sdpgrind.finishing.arm._robot import Redundancy, middle
 from sdpgrind.finishing.arm._urdf import read_chain
 
@@ -314,12 +315,16 @@ class SerialRobot(ByValue, Described):
     def closed_form(self) -> str:
         """Closed form of the inverse: "spherical wrist" or "axes 2, 3, 4 parallel".
 
+        "near ..." of a robot whose axes keep that to 2e-4 rad and 0.2 mm, as files with few decimals leave
+        them: solutions of the robot nearby are polished on its own chain.
+
         Raises
         ------
         ValueError
             When the robot has none, with the axes that break both (off by mm, rad).
         """
-        return "spherical wrist" if self._inverse().wrist else "axes 2, 3, 4 parallel"
+        form = self._inverse()
+        return ("near " if form.near else "") + ("spherical wrist" if form.wrist else "axes 2, 3, 4 parallel")
 
     def solutions(self, poses: npt.ArrayLike) -> Floats:
         """Return the joints of all eight branches, in closed form.
@@ -330,7 +335,9 @@ class SerialRobot(ByValue, Described):
 
         Where the sine of joint 5 is below 1e-12, joint 4 of a spherical wrist, or joint 6 of parallel axes,
         is 0 and the other takes the rest; where the wrist is within 1e-9 mm of axis 1 so is the angle of the
-        plane of the arm. Cosines up to 1 + 1e-12 are taken as rounding of 1.
+        plane of the arm. Cosines up to 1 + 1e-12 are taken as rounding of 1. Where the closed form is that of
+        a robot nearby, its solutions are polished to 1e-9 mm on the chain; branches within some 0.2 mm of the
+        end of reach may be lost then.
 
         Parameters
         ----------
@@ -366,7 +373,10 @@ class SerialRobot(ByValue, Described):
         for k in np.flatnonzero(off > CROOKED)[:1]:
             check_rigid(f"poses[{k}]", given[k])
         flange = given if self._bare else np.ascontiguousarray(given @ inverted(self.tool))
-        return form.solve(flange, middle(self))
+        joints, beyond = form.solve(flange, middle(self))
+        if form.near:
+            polish(self.links, self._slides, flange, joints, beyond, middle(self))
+        return joints, beyond
 
     @cached_property
     def _bare(self) -> bool:

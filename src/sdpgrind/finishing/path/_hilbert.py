@@ -27,7 +27,13 @@ _DRAWN = str.maketrans({"L": "", "R": ""})
 def hilbert(surface: Surface, order: int, *, mapping: str = ..., edge: bool = ...) -> Path: ...
 @overload
 def hilbert(
-    surface: Surface | Patch, order: int, *, mapping: str = ..., edge: bool = ..., lift: Lift | None = ...
+    surface: Surface | Patch,
+    order: int,
+    *,
+    mapping: str = ...,
+    edge: bool = ...,
+    lift: Lift | None = ...,
+    margin: float = ...,
 ) -> Path | LiftedPath: ...
 def hilbert(
     surface: Surface | Patch,
@@ -36,6 +42,7 @@ def hilbert(
     mapping: str = "equal_area",
     edge: bool = False,
     lift: Lift | None = None,
+    margin: float = 0.0,
 ) -> Path | LiftedPath:
     """Lay a Hilbert curve over a surface.
 
@@ -51,17 +58,20 @@ def hilbert(
     edge : bool
         Whether the outer nodes lie on the edge of the surface; False: each node in the middle of its cell.
     lift : Lift, optional
-        How the tool comes, is lifted and leaves. Default: `Lift` on a trimmed patch, else none.
+        How the tool comes, is lifted and leaves. Default: `Lift` where pieces are cut, else none.
+    margin : float
+        Least distance of the path from the trimming and from the border of the surface, mm, within 1 um.
 
     Returns
     -------
     Path or LiftedPath
-        Path of pattern ``"hilbert<n>"``; with lifts where asked for, or on a trimmed patch.
+        Path of pattern ``"hilbert<n>"``; with lifts where asked for, on a trimmed patch, or where a margin
+        cuts it.
 
     Raises
     ------
     ValueError
-        When the order is out of range.
+        When the order or the margin is out of range, or the margin leaves nothing.
 
     Examples
     --------
@@ -78,10 +88,11 @@ def hilbert(
     cells = 2**order
     nodes = places / (cells - 1.0) if edge else (places + 0.5) / cells
     patch, pattern = patch_of(surface), f"hilbert{order}"
-    if not patch.trim and lift is None:
+    away = checks.nonnegative("margin", margin, "mm")
+    if not patch.trim and lift is None and not away:
         return Path(patch.surface, nodes, mapping=mapping, pattern=pattern)
     checks.one_of("mapping", mapping, MAPPINGS)
-    return lifted(patch, trimmed_curve(patch, mapping, nodes), mapping, pattern, lift)
+    return lifted(patch, trimmed_curve(patch, mapping, nodes, away), mapping, pattern, lift)
 
 
 def hilbert_nodes(order: int) -> Nodes:

@@ -25,8 +25,10 @@ def patch_of(surface: Surface | Patch) -> Patch:
     return Patch(checks.kind("surface", surface, Surface, " or a Patch"))
 
 
-def lifted(patch: Patch, pieces: list[Floats], mapping: str, pattern: str, lift: Lift | None) -> LiftedPath:
-    """Return the path through the nodes of pieces in the unit square."""
+def lifted(
+    patch: Patch, pieces: list[Floats], mapping: str, pattern: str, lift: Lift | None
+) -> Path | LiftedPath:
+    """Return the path through the nodes of pieces in the unit square; without lifts where none is needed."""
     if not pieces:
         raise ValueError(
             "surface must be wide enough for a path: its trimming leaves no part longer than the margin and a"
@@ -34,6 +36,8 @@ def lifted(patch: Patch, pieces: list[Floats], mapping: str, pattern: str, lift:
         )
     nodes, starts = pieces_joined(pieces)
     path = Path(patch.surface, nodes, mapping=mapping, pattern=pattern)
+    if not patch.trim and len(pieces) == 1 and lift is None:
+        return path
     how = Lift() if lift is None else checks.kind("lift", lift, Lift)
     return LiftedPath(patch, path, starts=starts, lift=how)
 
@@ -44,10 +48,10 @@ def pieces_joined(pieces: Sequence[Floats]) -> tuple[Floats, tuple[int, ...]]:
     return np.concatenate(list(pieces)), tuple(int(k) for k in np.cumsum(sizes) - sizes)
 
 
-def trimmed_curve(patch: Patch, mapping: str, nodes: Floats) -> list[Floats]:
-    """Return the pieces (n, 2) of a curve in the unit square whose nodes and legs are inside."""
-    region = TrimmedSquare(patch, Square(patch.surface, mapping, "u"))
-    if not patch.trim:
+def trimmed_curve(patch: Patch, mapping: str, nodes: Floats, margin: float) -> list[Floats]:
+    """Return the pieces (n, 2) of a curve in the unit square with nodes and legs a margin (mm) inside."""
+    region = TrimmedSquare(patch, Square(patch.surface, mapping, "u"), margin)
+    if not patch.trim and not margin:
         return [nodes]
     longest = float(np.hypot(*np.diff(nodes, axis=0).T).max()) * patch.surface.size
     per_leg = int(np.clip(np.ceil(longest / STEP), 4, max(4, MOST // len(nodes))))

@@ -7,12 +7,15 @@ import numpy as np
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path._mappings import Mapping, mapping_of
 from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.surface._outline import Outline
 from sdpgrind.finishing.surface._patch import Patch
 
 STEP = 0.02  # mm, chosen: places on a line where its crossings are sought; a narrower slot may be missed
 MOST = 8192  # chosen: such places on a line
 HALVINGS = 30  # derived: 2^-30 of a step of at most 1/16 of the square is below 1e-10
 STEPS = 6  # chosen: corrections of a length along a line
+DRAWS = 8  # chosen: attempts to draw ends back until a move between them keeps away
+SLACK = 1e-6  # mm, chosen: rounding of ends at the margin, between which a move along the edge stays there
 CROWDED = 0.5  # of the distance of nodes, chosen: nearer to the end of a pass there is no other node
 
 
@@ -25,18 +28,28 @@ class Span(NamedTuple):
 
 
 class TrimmedSquare:
-    """The unit square of a patch with its passes; what is inside the trimming."""
+    """The unit square of a patch with its passes; what is inside the trimming and `away` from it, mm.
 
-    def __init__(self, patch: Patch, square: Square) -> None:
+    Passes end `pull` (mm along them) before that.
+    """
+
+    def __init__(self, patch: Patch, square: Square, away: float = 0.0, pull: float = 0.0) -> None:
         self._patch, self._square = patch, square
         self._mapping: Mapping = mapping_of(square.mapping, patch.surface)
+        self._away, self._pull = away, pull
+        self._outline = Outline(patch) if away else None
 
-    def inside(self, nodes: Floats) -> Bools:
-        """Return which places (m, 2) of the unit square are inside."""
+    def inside(self, nodes: Floats, slack: float = 0.0) -> Bools:
+        """Return which places (m, 2) of the unit square are inside and, but for a slack, away."""
         jets = np.zeros((len(nodes), 3, 2))
         jets[:, 0], jets[:, 1, 0] = nodes, 1.0
-        uv = self._mapping.carried(jets)[:, 0]
-        return self._patch.contains(uv[:, 0], uv[:, 1])
+        u, v = self._mapping.carried(jets)[:, 0].T
+        inside = self._patch.contains(u, v)
+        if self._outline is not None:
+            inside[inside] = self._outline.clear(
+                self._patch.surface.point(u[inside], v[inside]), self._away - slack
+            )
+        return inside
 
     def _on(self, s: Floats, c: float) -> Bools:
         return self.inside(self._square.nodes(s, np.full(s.shape, c)))
@@ -45,8 +58,8 @@ class TrimmedSquare:
         """Length a unit of s along a line, mm."""
         return np.asarray(np.linalg.norm(self._square.tangents(s, np.full(s.shape, c))[0], axis=-1))
 
-    def spans(self, line: int, c: float, margin: float) -> list[Span]:
-        """Return the parts of the line at c that are inside, pulled in by a margin, mm."""
+    def spans(self, line: int, c: float) -> list[Span]:
+        """Return the parts of the line at c that are inside, pulled in."""
         s = np.linspace(0.0, 1.0, 129)
         longest = float(self._speed(s, c).mean())
         s = np.linspace(0.0, 1.0, int(np.clip(np.ceil(longest / STEP), 16, MOST)) + 1)
@@ -56,8 +69,8 @@ class TrimmedSquare:
         places = self._crossings(s[turns], s[turns + 1], inside[turns], c)
         spans = []
         for low, high in places.reshape(-1, 2):
-            ends = self._pulled(low, margin, c, 1.0), self._pulled(high, margin, c, -1.0)
-            if ends[0] < ends[1] and self._wide(*ends, c, margin):
+            ends = self.drawn(low, self._pull, c, 1.0), self.drawn(high, self._pull, c, -1.0)
+            if ends[0] < ends[1] and self._wide(*ends, c):
                 spans.append(Span(line, *ends))
         return spans
 
@@ -69,39 +82,41 @@ class TrimmedSquare:
             low, high = np.where(same, middle, low), np.where(same, high, middle)
         return (low + high) / 2
 
-    def _pulled(self, s: float, margin: float, c: float, way: float) -> float:
-        """Place a margin (mm) along a line from s."""
+    def drawn(self, s: float, length: float, c: float, way: float) -> float:
+        """Place a length (mm) along a line from s."""
         x, weight = np.polynomial.legendre.leggauss(8)
-        out = s + way * margin / float(self._speed(np.array([s]), c)[0])
+        out = s + way * length / float(self._speed(np.array([s]), c)[0])
         for _ in range(STEPS):
             places = np.clip(s + (out - s) * (1 + x) / 2, 0.0, 1.0)
             mean = float(weight @ self._speed(places, c)) / 2
-            out = s + way * margin / mean
+            out = s + way * length / mean
         return out
 
-    def _wide(self, low: float, high: float, c: float, margin: float) -> bool:
-        """Whether a part is longer than a margin: shorter ones are no passes."""
+    def _wide(self, low: float, high: float, c: float) -> bool:
+        """Whether a part is longer than the margins: shorter ones are no passes."""
         middle = self._speed(np.array([(low + high) / 2]), c)
-        return bool((high - low) * middle[0] > margin)
+        return bool((high - low) * middle[0] > self._away + self._pull)
 
     def clear(self, start: Floats, end: Floats) -> bool:
         """Whether a straight move in the square (s, c) from start to end stays inside."""
         by_s, by_c = self._square.tangents(start[:1], start[1:])
         way = np.linalg.norm(by_s[0] * (end[0] - start[0]) + by_c[0] * (end[1] - start[1]))
-        share = np.linspace(0.0, 1.0, int(np.clip(np.ceil(way / STEP), 8, MOST)) + 1)[:, None]
-        places = start + share * (end - start)
-        return bool(self.inside(self._square.nodes(*places.T)).all())
+        share = np.linspace(0.0, 1.0, int(np.clip(np.ceil(way / STEP), 8, MOST)) + 1)[1:-1, None]
+        places = start + share * (end - start)  # the ends are inside, up to rounding
+        return bool(self.inside(self._square.nodes(*places.T), SLACK).all())
 
 
-def trimmed_passes(region: TrimmedSquare, lines: Floats, columns: Floats, margin: float) -> list[Floats]:
+def trimmed_passes(region: TrimmedSquare, lines: Floats, columns: Floats, pitch: float) -> list[Floats]:
     """Return the pieces of a zigzag: places (n, 2) of (s, c) each.
 
-    A piece goes on to the next line where a straight move to the nearer end of a part of it stays inside.
+    A piece goes on to the next line where a straight move to the nearer end of a part of it stays inside;
+    both ends are drawn back by up to half a pitch (mm) for that, as around a hole a straight move cuts the
+    corner.
     """
-    rest = [region.spans(k, float(c), margin) for k, c in enumerate(lines)]
+    rest = [region.spans(k, float(c)) for k, c in enumerate(lines)]
     pieces = []
     while any(rest):
-        chain = _chain(region, lines, rest)
+        chain = _chain(region, lines, rest, pitch)
         forward = [k % 2 == 0 for k in range(len(chain))]
         places = [
             _along(span, float(lines[span.line]), columns)[:: 1 if ahead else -1]
@@ -111,33 +126,52 @@ def trimmed_passes(region: TrimmedSquare, lines: Floats, columns: Floats, margin
     return pieces
 
 
-def _chain(region: TrimmedSquare, lines: Floats, rest: list[list[Span]]) -> list[Span]:
+def _chain(region: TrimmedSquare, lines: Floats, rest: list[list[Span]], pitch: float) -> list[Span]:
     """Take parts of following lines from the rest, as long as they can be joined on the work."""
     first = next(k for k, spans in enumerate(rest) if spans)
     chain = [rest[first].pop(0)]
     while (line := chain[-1].line + 1) < len(rest):
-        following = _following(region, lines, chain[-1], rest[line], len(chain) % 2 == 1)
-        if following is None:
+        for other in _beside(chain[-1], rest[line], len(chain) % 2 == 1):
+            pair = _joined(region, lines, (chain[-1], other), len(chain) % 2 == 1, pitch)
+            if pair:
+                rest[line].remove(other)
+                chain[-1:] = pair
+                break
+        else:
             break
-        rest[line].remove(following)
-        chain.append(following)
     return chain
 
 
-def _following(
-    region: TrimmedSquare, lines: Floats, here: Span, others: list[Span], ahead: bool
-) -> Span | None:
-    """Return the part of the next line beside `here` whose near end can be reached on the work."""
-
-    def end(span: Span) -> float:
-        return span.high if ahead else span.low
-
+def _beside(here: Span, others: list[Span], ahead: bool) -> list[Span]:
+    """Parts of the next line beside `here`, that whose end is nearest first."""
     beside = [each for each in others if each.low < here.high and each.high > here.low]
-    start = np.array([end(here), lines[here.line]])
-    for each in sorted(beside, key=lambda each: abs(end(each) - end(here))):
-        if region.clear(start, np.array([end(each), lines[each.line]])):
-            return each
+    return sorted(beside, key=lambda each: abs(_end(each, ahead) - _end(here, ahead)))
+
+
+def _end(span: Span, ahead: bool) -> float:
+    return span.high if ahead else span.low
+
+
+def _joined(
+    region: TrimmedSquare, lines: Floats, pair: tuple[Span, Span], ahead: bool, pitch: float
+) -> tuple[Span, Span] | None:
+    """Both parts with ends that a straight move joins on the work; None where none is found."""
+    for k in range(DRAWS + 1):
+        back = pitch / 2 * (k / DRAWS) ** 2
+        one, other = (_drawn_back(region, float(lines[each.line]), each, ahead, back) for each in pair)
+        if min(one.high - one.low, other.high - other.low) <= 0.0:
+            return None
+        start, end = (np.array([_end(each, ahead), lines[each.line]]) for each in (one, other))
+        if region.clear(start, end):
+            return one, other
     return None
+
+
+def _drawn_back(region: TrimmedSquare, c: float, span: Span, ahead: bool, back: float) -> Span:
+    if not back:
+        return span
+    end = region.drawn(_end(span, ahead), back, c, -1.0 if ahead else 1.0)
+    return span._replace(high=end) if ahead else span._replace(low=end)
 
 
 def _along(span: Span, c: float, columns: Floats) -> Floats:

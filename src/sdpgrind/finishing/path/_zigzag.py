@@ -54,8 +54,9 @@ def zigzag(
     pitch away from all four edges. Nodes along the passes are at most a pitch apart.
 
     On a trimmed patch passes are cut at the trimming. A pass goes on to the next one where a straight move
-    between their ends stays inside; else the tool is lifted over to the next piece. The strip between
-    the last pass and a trimming along it is up to a pitch wide. Slots below 0.02 mm may be crossed.
+    between their ends keeps the margin, too, if need be with ends drawn back by up to half a pitch; else the
+    tool is lifted over to the next piece. Where a trimming runs along the passes, the strip between it and
+    the last one may be up to a pitch and the margin wide. Slots below 0.02 mm may be crossed.
 
     Parameters
     ----------
@@ -80,15 +81,17 @@ def zigzag(
         tangent plane at the corner, joined with continuous curvature. Geodesic passes that end on the other
         border keep sharp corners.
     lift : Lift, optional
-        How the tool comes, is lifted and leaves. Default: `Lift` on a trimmed patch, else none.
+        How the tool comes, is lifted and leaves. Default: `Lift` where pieces are cut, else none.
     margin : float, optional
-        Length by which passes on a trimmed patch are pulled in at the trimming, mm. Default: half a pitch,
-        the footprint of the passes.
+        Least distance of the path from the trimming and from the border of the surface, mm, within 1 um and
+        the tolerance of the trimming itself. Default: on a trimmed patch a quarter of a pitch, and passes end
+        another quarter before; at an edge across them that makes half a pitch, their footprint.
 
     Returns
     -------
     Path or LiftedPath
-        Path of pattern ``"zigzag"``; with lifts where asked for, or on a trimmed patch.
+        Path of pattern ``"zigzag"``; with lifts where asked for, on a trimmed patch, or where a margin cuts
+        it.
 
     Raises
     ------
@@ -115,10 +118,10 @@ def zigzag(
     _refuse_pitch(pitch, mapping, across, lengthwise)
     place = even_spacing if mapping in ("parametric", "equal_area") else equal_spacing
     lines, columns = place(across, pitch), place(lengthwise, pitch)
-    if patch.trim:
-        _refuse_trimmed(mapping, radius)
-        inset = pitch / 2 if margin is None else checks.nonnegative("margin", margin, "mm")
-        found = trimmed_passes(TrimmedSquare(patch, square), lines, columns, inset)
+    if patch.trim or margin is not None:
+        _refuse_trimmed(mapping, radius, "on a trimmed patch" if patch.trim else "with a margin")
+        away, pull = (pitch / 4,) * 2 if margin is None else (checks.nonnegative("margin", margin, "mm"), 0.0)
+        found = trimmed_passes(TrimmedSquare(patch, square, away, pull), lines, columns, pitch)
         return lifted(patch, [square.nodes(*each.T) for each in found], square.mapping, "zigzag", lift)
     if mapping == "geodesic":
         places, corners = geodesic_nodes(square, pitch, columns, float(lines[-1]), radius)
@@ -132,12 +135,12 @@ def zigzag(
     return path if lift is None else LiftedPath(patch, path, lift=checks.kind("lift", lift, Lift))
 
 
-def _refuse_trimmed(mapping: str, radius: float) -> None:
-    """Raise for what passes on a trimmed patch cannot be."""
+def _refuse_trimmed(mapping: str, radius: float, where: str) -> None:
+    """Raise for what passes that are cut cannot be."""
     if mapping == "geodesic":
-        raise checks.refuse("mapping", "another one than 'geodesic' on a trimmed patch", mapping)
+        raise checks.refuse("mapping", f"another one than 'geodesic' {where}", mapping)
     if radius:
-        raise checks.refuse("radius", "0 on a trimmed patch; blended() rounds its corners", radius, "mm")
+        raise checks.refuse("radius", f"0 {where}; blended() rounds its corners", radius, "mm")
 
 
 def _refuse_pitch(pitch: float, mapping: str, across: Gaps, lengthwise: Gaps) -> None:

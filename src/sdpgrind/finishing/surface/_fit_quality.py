@@ -4,11 +4,17 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, custom, described, quantity, text
 
 MOST = 99.0  # source: finishing-any-robot.md, section 2; percent of the points that tolerance is asked of
+
+
+def _numbers(name: str, value: Any) -> tuple[int, ...]:
+    """Return numbers of points, in order."""
+    return tuple(sorted({checks.whole(f"{name}[{k}]", each) for k, each in enumerate(value)}))
 
 
 @described("finishing.fit_quality", eq=False)
@@ -18,7 +24,7 @@ class FitQuality(ByValue, Described):
     Parameters
     ----------
     distances : array (m,)
-        Of the points, mm, > 0 on the side of the tool.
+        Of all points, mm, > 0 on the side of the tool.
     feet : array (m, 2)
         Parameters (u, v) of their feet on the surface (1).
     tolerance : float
@@ -26,12 +32,15 @@ class FitQuality(ByValue, Described):
     net : (int, int)
         Control points along u and v.
     empty : float
-        Share of the domain that is farther than two knot spans from any point (1).
+        Share of the domain (1) that is farther than two knot spans from any point, or in a disc without
+        points that is twelve times as wide as is usual between them.
     neighbours : float
         Correlation of the distances of neighbouring points (1): noise that is independent from
         point to point has 0, form that the net cannot follow has up to 1.
     status : str
         Why the net is not finer.
+    left_out : tuple of int
+        Numbers of the points that are outliers: the surface was fitted to the others alone (1).
 
     Examples
     --------
@@ -50,34 +59,48 @@ class FitQuality(ByValue, Described):
     empty: float = quantity("1", at_least=0, at_most=1, default=0.0)
     neighbours: float = quantity("1", default=0.0)
     status: str = text(default="")
+    left_out: tuple[int, ...] = custom(_numbers, default=())
 
     def _check(self) -> None:
         if self.distances.ndim != 1 or not self.distances.size:
             raise self._refused("distances", "of shape (m,), one a point", self.distances.shape)
         if self.feet.shape != (self.distances.size, 2):
             raise self._refused("feet", "of shape (m, 2), one for each of the distances", self.feet.shape)
+        if self.left_out and self.left_out[-1] >= self.distances.size:
+            raise self._refused("left_out", f"numbers of the {self.distances.size} points", self.left_out)
         object.__setattr__(self, "net", tuple(int(n) for n in self.net))
 
     @property
+    def outliers(self) -> int:
+        """Number of points that were left out (dimensionless)."""
+        return len(self.left_out)
+
+    @property
+    def kept(self) -> Floats:
+        """Distances of the points that are no outliers, mm."""
+        return np.delete(self.distances, np.array(self.left_out, dtype=int))
+
+    @property
     def error(self) -> float:
-        """Greatest distance of a point, mm."""
-        return float(np.abs(self.distances).max())
+        """Greatest distance of a point that is no outlier, mm."""
+        return float(np.abs(self.kept).max())
 
     @property
     def rms(self) -> float:
-        """Root of the mean squared distance, mm."""
-        return root_mean_square(self.distances)
+        """Root of the mean squared distance of all points but outliers, mm."""
+        return root_mean_square(self.kept)
 
     @property
     def most(self) -> float:
-        """Distance that 99 % of the points keep, mm."""
-        return kept_by_most(self.distances)
+        """Distance that 99 % of all points but outliers keep, mm."""
+        return kept_by_most(self.kept)
 
     def __repr__(self) -> str:
         nu, nv = self.net
+        less = f" less {self.outliers} outlier{'s' if self.outliers > 1 else ''}" if self.outliers else ""
         return (
-            f"FitQuality(error={self.error:.3g} mm, rms={self.rms:.3g} mm, {self.distances.size} points,"
-            f" {nu} x {nv} control points, empty={self.empty:.3g}: {self.status})"
+            f"FitQuality(error={self.error:.3g} mm, rms={self.rms:.3g} mm, {self.distances.size} points{less}"
+            f", {nu} x {nv} control points, empty={self.empty:.3g}: {self.status})"
         )
 
 

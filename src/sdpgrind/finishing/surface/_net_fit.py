@@ -4,24 +4,30 @@ from functools import cached_property
 
 import numpy as np
 
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.surface import _evaluation as evaluation
 from sdpgrind.finishing.surface import _forms as forms
 from sdpgrind.finishing.surface._control_net import clamped
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 from sdpgrind.finishing.surface._fit_task import FitTask, Net
 from sdpgrind.finishing.surface._least_squares import Knots, control_points
+from sdpgrind.finishing.surface._outliers import kept
 
 REPEATS = 3  # source: finishing-any-robot.md, section 2
+MORE = 4  # chosen: further ones while points leave or come back; a cloud that swings has no clear outliers
 
 FLAT = 1e-12  # of the mean square of a tangent, chosen: less has no direction to step along
 
 
 class NetFit:
-    """Control points (nu, nv, 3) with their knots, mm, and the feet `uv` (2, m) of points (m, 3)."""
+    """Control points (nu, nv, 3) with their knots, mm, the feet `uv` (2, m) of points (m, 3), and which of
+    them were `used` (m,): all but outliers.
+    """
 
-    def __init__(self, control_points: Floats, knots: Knots, degree: tuple[int, int], points: Floats) -> None:
-        self.control_points, self.knots = control_points, knots
+    def __init__(
+        self, control_points: Floats, knots: Knots, degree: tuple[int, int], points: Floats, used: Bools
+    ) -> None:
+        self.control_points, self.knots, self.used = control_points, knots, used
         self._points = points
         self._net = evaluation.Net(evaluation.homogeneous(control_points, None), False, knots, degree)
         self.uv = np.empty((2, 0))
@@ -64,9 +70,19 @@ def fit_net(task: FitTask, net: Net) -> NetFit:
     20 times the error).
     """
     knots = clamped(net[0], task.degree[0]), clamped(net[1], task.degree[1])
-    at = task.plane.parameters(task.points)
-    for _ in range(REPEATS):
-        found = control_points(at, task.points - task.plane.corner, knots, task.degree)
-        fit = NetFit(found + task.plane.corner, knots, task.degree, task.points).with_feet(at)
-        at = fit.uv
+    at, used = task.plane.parameters(task.points), np.ones(len(task.points), dtype=bool)
+    for repeat in range(REPEATS + MORE):
+        rest = task.points[used] - task.plane.corner
+        found = control_points(at[:, used], rest, knots, task.degree) + task.plane.corner
+        fit = NetFit(found, knots, task.degree, task.points, used).with_feet(at)
+        at, before = fit.uv, used
+        used = _used(task, fit)
+        if repeat + 1 >= REPEATS and (used == before).all():
+            break
     return fit
+
+
+def _used(task: FitTask, fit: NetFit) -> Bools:
+    """All points but outliers; all, where they are fewer than the control points then."""
+    used = kept((fit.uv * task.plane.sides[:, None]).T, fit.distances, task.tolerance)
+    return used if used.sum() >= np.prod(fit.control_points.shape[:2]) else np.ones_like(used)

@@ -43,15 +43,21 @@ class Patches(tuple[Patch, ...]):
         return f"Patches({len(self)} patch{'es' if len(self) != 1 else ''}, {self.area:.6g} mm^2)"
 
 
-def read_surfaces(path: str | os.PathLike[str], region: Region | Sequence[Region] | None = None) -> Patches:
+def read_surfaces(
+    path: str | os.PathLike[str],
+    region: Region | Sequence[Region] | None = None,
+    *,
+    unit: str | None = None,
+) -> Patches:
     """Read the faces of a STEP file as patches, or surfaces fitted to a scan, mm.
 
     B-spline surfaces keep their control nets; planes, cylinders, cones, spheres and tori become exact
     rational patches over the box of their loops. The loops are the edges, projected onto the surface:
     polygons within 0.5 um of them. The file's units are converted, placements of assemblies applied; a part
     that is there twice gives its faces twice. Offset, swept and revolved surfaces are refused. PCURVEs,
-    colours, names of parts and tolerances are not read. Scans hold no unit, their numbers are mm; each region
-    is fitted by `Surface.fit`, whose error is ``patch.fit``, and trimmed along the border of its triangles.
+    colours, names of parts and tolerances are not read. Each region of a
+    scan is fitted by `Surface.fit`, whose error is ``patch.fit``, and trimmed along the border of its
+    triangles.
 
     Parameters
     ----------
@@ -60,6 +66,9 @@ def read_surfaces(path: str | os.PathLike[str], region: Region | Sequence[Region
         .xyz, .csv or .npy.
     region : Region or sequence of Region, optional
         Parts of a scan, a patch each, mm. None: all of it. None for STEP files, whose faces are all read.
+    unit : str, optional
+        Unit of the numbers of a scan, which hold none: ``"m"``, ``"in"``. Default: mm, and a scan below 1 mm
+        is refused. None for STEP files and for texts whose columns name their units.
 
     Returns
     -------
@@ -69,25 +78,27 @@ def read_surfaces(path: str | os.PathLike[str], region: Region | Sequence[Region
     Raises
     ------
     ValueError
-        When the file has another format, is damaged (the message names the line), names no unit of length,
-        or holds a face that is not read (number and type of the entity, and the faces that are read).
+        When the file has another format, is damaged (the message names the line), names no unit of length
+        or two, or holds a face that is not read (number and type of the entity, and the faces that are read).
     FileNotFoundError
         When there is no such file.
     """
     file = checks.path("path", path)
     ending = file.suffix.lower()
     if ending in SCANS:
-        return Patches(_scanned(file, region))
+        return Patches(_scanned(file, region, unit))
     if ending not in STEP:
         raise checks.refuse("path", f"a file of {', '.join((*STEP, *SCANS))}", file.name)
     if region is not None:
         raise checks.refuse("region", "None for a STEP file; choose among its patches", region)
+    if unit is not None:
+        raise checks.refuse("unit", "None for a STEP file, which states its own", unit)
     return Patches(_step(file))
 
 
-def _scanned(file: Path, region: Region | Sequence[Region] | None) -> tuple[Patch, ...]:
+def _scanned(file: Path, region: Region | Sequence[Region] | None, unit: str | None) -> tuple[Patch, ...]:
     """Patches fitted to regions of a mesh or of points."""
-    found = read_scan(file, region)
+    found = read_scan(file, region, unit=unit)
     trims = [[np.vstack([loop, loop[:1]]) for loop in each.loops] for each in found]
     return tuple(Patch(each.surface, tuple(trim)) for each, trim in zip(found, trims, strict=True))
 

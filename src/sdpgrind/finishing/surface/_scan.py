@@ -1,5 +1,6 @@
 """Surfaces fitted to regions of a scan: from STL, PLY and OBJ, and from tables of points."""
 
+import math
 import os
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,11 +12,11 @@ from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface import _fitting as fitting
 from sdpgrind.finishing.surface import _scan_mesh as mesh
-from sdpgrind.finishing.surface._fit_task import checked_points
+from sdpgrind.finishing.surface._fit_task import SPARE, checked_points
 from sdpgrind.finishing.surface._region import Region
-from sdpgrind.finishing.surface._scan_table import read_array, read_text
-from sdpgrind.finishing.surface._surface import Surface
-from sdpgrind.finishing.surface._triangles import Triangles, boundary, nearest, reached
+from sdpgrind.finishing.surface._scan_table import factor_to_mm, read_array, read_text
+from sdpgrind.finishing.surface._surface import Surface, fitted_surface
+from sdpgrind.finishing.surface._triangles import Triangles, boundary, finer, nearest, reached
 
 TABLES = {".xyz": read_text, ".csv": read_text, ".npy": read_array}
 ENDINGS = (*mesh.ENDINGS, *TABLES)
@@ -42,11 +43,12 @@ def read_scan(
     net: tuple[int, int] | None = None,
     degree: tuple[int, int] = (3, 3),
     tolerance: float = 0.01,
+    unit: str | None = None,
 ) -> tuple[ScannedPatch, ...]:
     """Return a surface fitted to each region of a scan, or to all of it; see `Surface.fit`.
 
-    Files of these kinds hold no unit: their numbers are mm, but for columns of a text that name another. The
-    tool is outside of triangles, and above points.
+    Files of these kinds hold no unit: their numbers are in `unit`, or mm, but for columns of a text that name
+    another. The tool is outside of triangles, and above points.
     """
     file = checks.path("path", path)
     ending, told = file.suffix.lower(), repr(file.name)
@@ -56,7 +58,7 @@ def read_scan(
     for each in regions:
         if each is not None:
             checks.kind("region", each, Region)
-    scan = _read(file.read_bytes(), ending, told)
+    scan = _read(file.read_bytes(), ending, told, unit)
     parts = [scan if each is None else _part(scan, each, told) for each in regions]
     allowed = [fitting.EMPTY if each is None else each.empty_max for each in regions]
     return tuple(
@@ -64,15 +66,20 @@ def read_scan(
     )
 
 
-def _read(raw: bytes, ending: str, told: str) -> Triangles | Floats:
+def _read(raw: bytes, ending: str, told: str, unit: str | None) -> Triangles | Floats:
     """Read triangles or points, mm."""
-    scan = mesh.read_mesh(raw, ending, told) if ending in mesh.ENDINGS else TABLES[ending](raw, told)
+    factor = factor_to_mm(unit)
+    if ending in mesh.ENDINGS:
+        scan = mesh.read_mesh(raw, ending, told)
+        scan = scan._replace(corners=scan.corners * factor) if isinstance(scan, Triangles) else scan * factor
+    else:
+        scan = TABLES[ending](raw, told, unit)
     points = checked_points(told, scan.corners if isinstance(scan, Triangles) else scan)
     size = _size(points)
-    if size < SMALLEST:
+    if size < SMALLEST and unit is None:
         raise ValueError(
-            f"{told} must be in mm; it is {size:.3g} mm across. In metres or inches? Then"
-            " Surface.fit(units.m(points)) or Surface.fit(units.inch(points))"
+            f"{told} must be in mm where no unit is given; it is {size:.3g} mm across. In metres or inches?"
+            ' Then unit="m" or unit="in"; a part so small: unit="mm"'
         )
     return scan if isinstance(scan, Triangles) else points
 
@@ -91,8 +98,32 @@ def _fitted(
     """Fit a surface with the tool outside of triangles, or above points."""
     if not isinstance(scan, Triangles):
         return ScannedPatch(Surface.fit(scan, net, degree, tolerance, empty_max=empty_max), ())
-    surface = Surface.fit(scan.corners, net, degree, tolerance, scan.outside, empty_max=empty_max)
-    return ScannedPatch(surface, tuple(lasting(surface.fit.feet[loop]) for loop in boundary(scan)))
+    loops = boundary(scan)
+    surface = fitted_surface(
+        Surface,
+        _points_of(scan, net, degree),
+        net,
+        degree,
+        tolerance,
+        scan.outside,
+        empty_max,
+        scattered=not loops,
+    )
+    return ScannedPatch(surface, tuple(lasting(surface.fit.feet[loop]) for loop in loops))
+
+
+def _points_of(scan: Triangles, net: tuple[int, int] | None, degree: tuple[int, int]) -> Floats:
+    """Corners of triangles; of a flat face, which needs but four, also places between them."""
+    least = math.prod(net or (p + 1 for p in degree))
+    if len(scan.corners) < least and not scan.flat:
+        raise ValueError(
+            f"region must have at least {least} corners of triangles, or be flat; it has {len(scan.corners)},"
+            " from which no curved surface is told: take more of the mesh, export it finer, or read the part"
+            " from STEP"
+        )
+    while len(scan.corners) < SPARE * least and scan.flat:
+        scan = finer(scan)
+    return scan.corners
 
 
 def _part(scan: Triangles | Floats, region: Region, told: str) -> Triangles | Floats:

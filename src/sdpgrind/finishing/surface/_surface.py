@@ -44,6 +44,11 @@ def _fit(
     net is that of least squares, with the feet of the points sought anew after each solution; a bending term
     of 1e-6 decides where no points lie. Surfaces made from it by `replace` or `moved` have no ``fit``.
 
+    Outliers, as reflections in a scan are, do not take part: points that are farther off than `tolerance`,
+    farther than any of so many points with Gaussian noise of the same median, and alone: where three of the
+    12 points around are off likewise, it is form; so it is where more than 2 % of all points are outliers.
+    ``fit.outliers`` counts those left out.
+
     Parameters
     ----------
     points : array (m, 3)
@@ -59,8 +64,8 @@ def _fit(
     side : array (3,), optional
         Direction towards the tool (dimensionless). Default: upwards, along z.
     empty_max : float
-        Greatest share of the rectangle that may lie farther than two knot spans from any point
-        (dimensionless).
+        Greatest share of the rectangle (dimensionless) that may be empty: farther than two knot spans from
+        any point, or in a disc without points that is twelve times as wide as is usual between them.
 
     Raises
     ------
@@ -79,7 +84,21 @@ def _fit(
     >>> surface.fit.most < 0.001 and surface.fit.rms < 0.0005  # mm
     True
     """
-    found = fitting.fitted(points, net, degree, tolerance, side, empty_max)
+    return fitted_surface(cls, points, net, degree, tolerance, side, empty_max)
+
+
+def fitted_surface(
+    cls: type["Surface"],
+    points: npt.ArrayLike,
+    net: Pair | None,
+    degree: Pair,
+    tolerance: float,
+    side: npt.ArrayLike | None,
+    empty_max: float,
+    scattered: bool = True,
+) -> "Surface":
+    """Fit as `Surface.fit` does; corners of triangles, which may be wide, are not `scattered`."""
+    found = fitting.fitted(points, net, degree, tolerance, side, empty_max, scattered)
     made = cls(found.control_points, control_net.degree_pair(degree), found.knots)
     return leave(made, "fit", found.quality)
 

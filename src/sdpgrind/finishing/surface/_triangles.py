@@ -11,6 +11,7 @@ from sdpgrind.base.checks import Bools, Floats
 
 Ints = npt.NDArray[np.int64]
 
+FLAT = 1e-6  # of the extent, chosen: above what single precision of a file leaves
 CLOSED = 1e-3  # of the area, chosen: sum of normals of a closed solid, whose rounding has no direction
 
 
@@ -27,6 +28,13 @@ class Triangles(NamedTuple):
         total = normals.sum(axis=0)
         area = float(np.linalg.norm(normals, axis=1).sum())
         return total if np.linalg.norm(total) > CLOSED * area else None
+
+    @property
+    def flat(self) -> bool:
+        """Whether all corners lie in a plane."""
+        centred = self.corners - self.corners.mean(axis=0)
+        extents = np.linalg.svd(centred, compute_uv=False)
+        return bool(extents[-1] <= FLAT * extents[0])
 
     @property
     def normals(self) -> Floats:
@@ -80,6 +88,18 @@ def _edges(triangles: Triangles) -> Ints:
 def _keys(edges: Ints, triangles: Triangles) -> Ints:
     """Numbers (3 f,) that are equal for edges between the same corners."""
     return np.asarray(edges.min(axis=1) * len(triangles.corners) + edges.max(axis=1))
+
+
+def finer(triangles: Triangles) -> Triangles:
+    """Return each triangle cut into four at the middles of its sides; the corners before come first."""
+    edges = _edges(triangles)
+    _, first, number = np.unique(_keys(edges, triangles), return_index=True, return_inverse=True)
+    middles = triangles.corners[edges[first]].mean(axis=1)
+    ab, bc, ca = (len(triangles.corners) + number.reshape(-1, 3)).T
+    a, b, c = triangles.faces.T
+    four = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+    faces = np.concatenate([np.stack(each, axis=1) for each in four])
+    return Triangles(np.concatenate([triangles.corners, middles]), faces)
 
 
 def nearest(triangles: Triangles, point: Floats) -> tuple[int, float]:

@@ -19,6 +19,7 @@ ACCELERATION = 1000.0  # mm/s^2, chosen: default acceleration of the contact poi
 REFINE = 20  # chosen: places in a piece of a law for its limits
 # chosen: change of a joint's slope on a straight line over the steepest, above rounding of samples
 LINE = 1e-7
+WORTH = 1.01  # chosen: slowing from which other ramps are tried; below they would save less than it
 
 
 @quiet
@@ -45,9 +46,10 @@ def time_laws(
         Greatest acceleration of the contact point along its path, mm/s^2. None: 1000 for "trapezoid", else no
         limit.
     method : str
-        "trapezoid": speed trapezoid of the path, slowed where a joint needs it (factor: ``TimeLaw.slowed``);
-        with limits of jerk, seven pieces of constant jerk. "toppra": fastest law by the package toppra (an
-        extra); its acceleration jumps, so limits of jerk are refused. "min_time": fastest law within
+        "trapezoid": speed trapezoid of the path, slowed where a joint needs it (factor: ``TimeLaw.slowed``),
+        or with gentler ramps where that is faster; with limits of jerk, seven pieces of constant jerk.
+        "toppra": fastest law by the package toppra (an extra); its acceleration jumps, so limits of jerk are
+        refused. "min_time": fastest law within
         ``feed_rate`` and all limits of the joints. Without limits of jerk it is swept over a grid, refined
         until that saves less than 0.02 % of the time. With them it is a local optimum, no slower than seven
         pieces of constant jerk, which are taken where none is found (``TimeLaw.status`` says so): some 20 ms
@@ -125,16 +127,35 @@ def _is_line(run: JointPath) -> bool:
 
 
 def trapezoid_of(given: LimitedRun) -> TimeLaw:
-    """Trapezoid of one run (rounded where jerk has a limit) at a speed that all joints allow, then slowed."""
-    run, limits, feed_rate, acceleration = given
+    """Trapezoid of one run (rounded where jerk has a limit) at a speed that all joints allow, then slowed.
+
+    Ramps that are too steep for a joint slow all of the run by the root. So where slowing is needed gentler
+    ones are tried, too: those that the joints allow where they move straight, and at the slower speed.
+    """
+    most = given.acceleration or ACCELERATION
+    law, factor = _slowed(given, most)
+    if factor <= WORTH:
+        return law
+    straight = _straight(given, 1)
+    gentle, less = _slowed(given, min(straight, most))
+    found = [law, gentle]
+    if less > WORTH:
+        found.append(_slowed(given, min(straight * less**2, most))[0])
+    return min(found, key=lambda each: each.duration)
+
+
+def _slowed(given: LimitedRun, acceleration: float) -> tuple[TimeLaw, float]:
+    """Law with ramps of an acceleration (mm/s^2), slowed until joints keep their limits, and the factor."""
+    run, limits, feed_rate, _ = given
     speed, start = min(feed_rate, _straight(given, 0)), float(run.length[0])
-    shape = Trapezoid(run.span, speed, acceleration or ACCELERATION)
+    shape = Trapezoid(run.span, speed, acceleration)
     law = (
         trapezoid_law(start, shape)
         if limits.jerk_max is None
         else double_s_law(start, shape, _straight(given, 2))
     )
-    return law.slower(slowing(closest(run, law, limits, feed_rate, REFINE)[:, 0]))
+    factor = slowing(closest(run, law, limits, feed_rate, REFINE)[:, 0])
+    return law.slower(factor) if factor > 1.0 else law, factor
 
 
 def _straight(given: LimitedRun, order: int) -> float:

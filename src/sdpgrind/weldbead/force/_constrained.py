@@ -1,7 +1,7 @@
 """Predictive controller: a linear law within limits, a quadratic program (OSQP) at them."""
 
 from math import inf, isnan
-from typing import Any, Self
+from typing import Any, NoReturn, Self
 
 import numpy as np
 import osqp
@@ -84,6 +84,10 @@ class PredictiveController(ForceController):
     def programs(self) -> tuple[int, int]:
         """Quadratic programs that were solved and that were not, a whole number each."""
         return self._solved, self._unsolved
+
+    def __export__(self) -> NoReturn:
+        """Refuse: the quadratic program (N, mm) is not exported; units do not matter."""
+        raise TypeError("a PredictiveController is not exported: its quadratic program is solved by OSQP")
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_solver": None}

@@ -1,6 +1,7 @@
 """Bottom tier: follows a planned force at 60 Hz by feedforward of the plan and feedback on the rest."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import inf, isfinite, isnan, nan
 from operator import is_
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -182,11 +183,23 @@ class ForceController(Stateful):
         return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0, 0.0]])
 
     def __export__(self) -> "Recipe":
-        """Return what `sdpgrind.export` writes: the law; planned force (N) and position (mm) are inputs."""
-        from sdpgrind.weldbead.force._recipe import recipe_of
+        """Return what `sdpgrind.export` writes: a pass along the plan; without one the law.
 
-        state = self._settled(0.0) if self._plan is None else self.start()
-        return recipe_of(self._core, state, self.period, self._force_max)
+        Planned force (N) and position (mm) are then inputs.
+        """
+        from sdpgrind.weldbead.force._recipe import law_recipe, pass_recipe
+
+        if self._plan is None:
+            return law_recipe(self._core, self._settled(0.0), self.period, self._force_max)
+        reference, first = self._known(), self._ahead(0.0)[0]
+        settings = {
+            "feedforward": self._feedforward, "datum": self._datum, "lag": self._lag, "period": self.period,
+            "face_leaves": reference.face_leaves, "has_place": reference.center_x is not None,
+            "place_trust": _PLACE_TRUST, "first_demand": first,
+        }  # fmt: skip
+        settled = np.array([self._settled(first), self._settled(1.0)])
+        recipe = pass_recipe(self._core, reference, settings, settled, self._force_max)
+        return replace(recipe, job=self.job)
 
     def planned(self, time: float) -> tuple[float, float]:
         """Return planned force (N) and platform position (mm) at a time (s) of the pass."""

@@ -1,12 +1,16 @@
 """What is exported of a force controller: its law, and readings of passes for the self-test."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.states import floats
 from sdpgrind.codegen import Recipe
 from sdpgrind.weldbead.force._kernels import ControlCore, exported_step
+from sdpgrind.weldbead.force._pass_kernels import PASS, SETTINGS, exported_pass
+from sdpgrind.weldbead.force._reference import ForceReference
 
 _INPUTS = {"force": "N", "normal_force_plan": "N", "position_plan": "mm"}
 _MEANINGS = {
@@ -16,11 +20,69 @@ _MEANINGS = {
     "platform_command": "position of the platform to command, > 0 up: it carries the part towards the disc",
 }
 _READING_MAX, _POSITION_MAX = 1e6, 1e5  # chosen: N, mm; beyond any force sensor, any platform
+_MEANINGS_OF_PASS = {
+    "force": _MEANINGS["force"],
+    "pass_time": "time since the start of the pass; one that goes back starts another; NaN: steps count",
+    "center_x": "position of the disc's center along the bead: it gives the time, where the plan has it",
+    "platform_command": _MEANINGS["platform_command"],
+}
+_TABLES = {
+    "plan": "plan of the pass, by rows: time (s), normal force (N), fly height (mm), center of the disc (mm)",
+    "settings": "settings, by entry: " + ", ".join(SETTINGS.names or ()),
+    "settled": "state of law and model after an endless demand: the first of the plan, and 1 N",
+}
+_EQUATIONS = "feedforward of the planned height, feedback on the difference to the model of the loop"
+_TIME_MAX = 1e6  # chosen: s; 12 days
 _CHAINS = 8  # chosen: passes of the self-test
 _SPREAD = 0.2  # chosen: share of the greatest force by which readings are off; mm of the planned position
 
 
-def recipe_of(core: ControlCore, state: Floats, period: float, force_max: float) -> Recipe:
+def pass_recipe(
+    core: ControlCore,
+    reference: ForceReference,
+    settings: Mapping[str, float],
+    settled: Floats,
+    force_max: float,
+) -> Recipe:
+    """Return what is exported of a controller with a plan, in N, s, mm; `settled` as in `exported_pass`."""
+    place = np.full(reference.time.size, np.nan) if reference.center_x is None else reference.center_x
+    plan = np.array([reference.time, reference.normal_force, reference.fly_height, place])
+    row, state = floats(SETTINGS), np.concatenate([np.zeros(settled.shape[1]), floats(PASS)])
+    for name, value in settings.items():
+        row.view(SETTINGS)[name] = value
+    behind = state[settled.shape[1] :].view(PASS)
+    for name in ("time", "clock", "demand"):
+        behind[name] = np.nan
+    passes = _PlannedPasses(plan, float(row.view(SETTINGS)["period"][0]), force_max)
+    return Recipe(
+        "force",
+        exported_pass,
+        {"force": "N", "pass_time": "s", "center_x": "mm"},
+        {"platform_command": "mm"},
+        law=(core, plan, row, settled),
+        state=state,
+        missing=("force", "pass_time", "center_x"),
+        ranges={
+            "force": (-_READING_MAX, _READING_MAX),
+            "pass_time": (-_TIME_MAX, _TIME_MAX),
+            "center_x": (-_POSITION_MAX, _POSITION_MAX),
+        },
+        meanings=_MEANINGS_OF_PASS,
+        tables=_TABLES,
+        period=float(settings["period"]),
+        places={
+            "correction": settled.shape[1] - 4,
+            "command": settled.shape[1] - 3,
+            "demand": settled.shape[1] + 3,
+        },
+        equations=_EQUATIONS,
+        vectors=passes.chains,
+        spread=(_SPREAD * force_max, 0.3 * float(settings["period"]), _SPREAD),
+        kind="ForceController",
+    )
+
+
+def law_recipe(core: ControlCore, state: Floats, period: float, force_max: float) -> Recipe:
     """Return what is exported of a force law, in N, mm and samples.
 
     Planned force and platform position come from the plan, ahead by the lag of the loop.
@@ -43,11 +105,39 @@ def recipe_of(core: ControlCore, state: Floats, period: float, force_max: float)
         meanings=_MEANINGS,
         period=period,
         places={"correction": rest, "command": rest + 1, "samples_lost": rest + 2, "error": rest + 3},
-        equations="feedforward of the planned height, feedback on the difference to the model of the loop",
+        equations=_EQUATIONS,
         vectors=_Passes(force_max).chains,
         spread=(_SPREAD * force_max, 0.0, _SPREAD),
         kind="ForceController",
     )
+
+
+@dataclass(frozen=True)
+class _PlannedPasses:
+    """Passes along a plan: by the clock, by the place, by counted steps; readings as of `_Passes`."""
+
+    plan: Floats
+    period: float
+    force_max: float
+
+    def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
+        """Return about `count` readings with clock (s) and place (mm)."""
+        length = max(count // _CHAINS, 1)
+        readings = _Passes(self.force_max).chains(rng, length * _CHAINS)
+        return [self._placed(rng, rows[:, 0], k) for k, rows in enumerate(readings)]
+
+    def _placed(self, rng: np.random.Generator, force: Floats, way: int) -> Floats:
+        """Return rows: the pass from before its start to behind its end, and once again."""
+        count, (first, last) = len(force), self.plan[0, [0, -1]]
+        span = max(last - first, self.period)
+        time = np.linspace(first - 0.1 * span * (way % 3), first + 1.2 * span, count)
+        time[2 * count // 3 :] -= span * (way % 2)
+        place = np.interp(time, self.plan[0], self.plan[3]) + rng.normal(0.0, 0.5, count)
+        if way % 4 >= 2:
+            place[rng.random(count) < 0.1] *= 3.0
+        time[rng.random(count) < (1.0 if way == 3 else 0.1)] = np.nan
+        place[rng.random(count) < (1.0 if way % 2 else 0.2)] = np.nan
+        return np.column_stack([force, time, place])
 
 
 @dataclass(frozen=True)

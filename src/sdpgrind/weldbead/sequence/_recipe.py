@@ -67,6 +67,8 @@ def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe
         vectors=_States(policy, single.arrays[6]).chains,
         spread=(0.5 * float(policy.table.layout.axes[0].high), 0.5 * float(problem.horizon)),
         kind="SequencePolicy",
+        stands_for="SequenceController",
+        tier="sequence",
         job=problem.job,
         answer=_command,
         report=partial(_expected, policy),

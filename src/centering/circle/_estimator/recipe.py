@@ -1,0 +1,104 @@
+"""What is exported of a streaming estimator: one reading, its settings, and readings for the self-test."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from centering.circle._estimator import slots as at
+from centering.circle._estimator.update_kernels import exported_step
+from sdpgrind.base.checks import Floats
+from sdpgrind.codegen import Recipe
+
+_INPUTS = {"angle": "rad", "reading": "mm"}
+_OUTPUTS = {
+    "radius": "mm", "center_x": "mm", "center_y": "mm", "valid": "", "band": "mm",
+    "restarts": "",
+}  # fmt: skip
+_MEANINGS = {
+    "angle": "angle of the spindle in the order of time, in either sense, whole turns counted or not",
+    "reading": "radial position of the probe, > 0 away from the spindle's axis",
+    "radius": "radius of the ring, without the probe's tip",
+    "center_x": "centre of the ring from the spindle's axis, along angle 0",
+    "center_y": "centre of the ring from the spindle's axis, along an angle of a quarter turn",
+    "valid": "1 where the centre is certain enough, else 0",
+    "band": "greatest error of the centre at the confidence that was asked; infinite while readings are few",
+    "restarts": "moves of the part that were found since the last reset; each restarts the estimate",
+}
+_STATUS = (
+    "taken",
+    "refused: an outlier",
+    "taken, the last of the start",
+    "moved: most refused",
+    "moved: a shift",
+)
+_PLACES = ("seen", "used", "covered", "index", "prior_radius", "prior_sd")
+_ANGLE_MAX, _READING_MAX = 1e6, 1e5  # chosen: rad, mm; 160 000 turns; no ring is as wide
+_LENGTH, _LONG = 80, 400  # chosen: readings of a chain of the self-test; a shift is told from form after 240
+_RADIUS = 60.0  # chosen: mm, of the rings of the self-test
+_FAULTS = ("none", "dust", "moved", "slow", "shifted", "back", "burr", "coarse")
+
+
+def recipe_of(state: Floats) -> Recipe:
+    """Return what is exported of an estimator in this state, before its first reading (rad, mm)."""
+    limacon = bool(state[at.LIMACON])
+    return Recipe(
+        "estimator",
+        exported_step,
+        _INPUTS,
+        _OUTPUTS,
+        state=state,
+        settings=tuple(range(at.SETTINGS)),
+        ranges={
+            "angle": (-_ANGLE_MAX, _ANGLE_MAX),
+            "reading": (-_READING_MAX, _READING_MAX) if limacon else (0.0, _READING_MAX),
+        },
+        meanings=_MEANINGS,
+        status=_STATUS,
+        places={name: getattr(at, name.upper()) for name in _PLACES},
+        equations="least squares of the exact curve of an offset circle; certainty: see centering.circle",
+        vectors=_Rings(limacon).chains,
+        spread=(0.02, 0.004),
+        kind="GeometryEstimator",
+    )
+
+
+@dataclass(frozen=True)
+class _Rings:
+    """Readings of offset rings: noise, dust, moves of the part, a spindle that rests or turns back."""
+
+    limacon: bool
+
+    def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
+        """Return about `count` readings (rad, mm) in chains, each fault once at least."""
+        found: list[Floats] = []
+        while len(found) < len(_FAULTS) or sum(map(len, found)) < count:
+            fault = _FAULTS[len(found) % len(_FAULTS)]
+            found.append(self._ring(rng, fault, _LONG if fault == "shifted" else _LENGTH))
+        return found
+
+    def _ring(self, rng: np.random.Generator, fault: str, length: int) -> Floats:
+        step = {"slow": 0.0, "coarse": 0.7}.get(fault, rng.choice([0.02, 0.1, 0.3]))
+        steps = np.full(length, step)
+        if fault == "slow":
+            steps[length // 4 :] = 0.05
+        if fault == "back":
+            steps[length // 2 :] *= -1.0
+        angle = rng.uniform(0.0, 6.0) + np.cumsum(steps)
+        offset, phase = np.full(length, rng.uniform(0.01, 0.3) * _RADIUS), rng.uniform(0.0, 2.0 * math.pi)
+        if fault == "moved":
+            offset[length // 2 :] *= 0.5
+        if fault == "shifted":  # less than an outlier, after more than a turn
+            angle, offset[340:] = angle[0] + 0.3 * np.arange(length), offset[340:] + 0.006
+        reading = self._curve(angle - phase, offset) + rng.normal(0.0, 0.002, length)
+        if fault in ("dust", "burr"):
+            wrong = rng.random(length) < (0.1 if fault == "dust" else 0.4)
+            reading[wrong] += rng.uniform(0.1, 2.0, int(wrong.sum()))
+        return np.column_stack([angle, reading])
+
+    def _curve(self, angle: Floats, offset: Floats) -> Floats:
+        along = offset * np.cos(angle)
+        if self.limacon:
+            return along
+        found: Floats = along + np.sqrt(_RADIUS**2 - (offset * np.sin(angle)) ** 2)
+        return found

@@ -1,0 +1,64 @@
+"""Distances of points from lines of straight legs."""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.finishing.path._nearest_kernels import distances, sort_into_cells
+
+CELLS_MAX = 2**21  # chosen: 16 MB
+RINGS = 2  # chosen: cells around that of a point; what is farther is found by a tree of the ends of legs
+ENDS = 8  # chosen: ends whose legs are tried there
+
+
+class Nearest:
+    """Lines (m, 3), mm, each of straight legs, with the distances of points from them."""
+
+    def __init__(self, lines: Sequence[Floats]) -> None:
+        self._start = np.concatenate([line[:-1] for line in lines])
+        self._end = np.concatenate([line[1:] for line in lines])
+        self._low = np.minimum(self._start, self._end).min(axis=0)
+        widths = np.maximum(self._start, self._end).max(axis=0) - self._low
+        longest = float(np.linalg.norm(self._end - self._start, axis=1).max())
+        self._width = max(longest, _least_width(widths), 1e-9)
+        self._shape = np.maximum(np.ceil(widths / self._width), 1).astype(np.int64)
+        self._legs = sort_into_cells(self._start, self._end, self._low, self._width, self._shape)
+
+    def distance(self, point: Floats) -> Floats:
+        """Distances of points (n, 3) from the nearest leg, mm."""
+        found = distances(
+            *(np.ascontiguousarray(point), self._start, self._end, *self._legs),
+            *(self._low, self._width, self._shape, RINGS),
+        )
+        if (far := np.isnan(found)).any():
+            found[far] = self._far(point[far])
+        return np.asarray(found)
+
+    def _far(self, point: Floats) -> Floats:
+        """Distances from the legs of the `ENDS` nearest ends: legs are short beside the distance."""
+        _, near = self._ends.query(point, k=min(ENDS, 2 * len(self._start)))
+        leg = near % len(self._start)
+        start, way = self._start[leg], self._end[leg] - self._start[leg]
+        offset, square = point[:, None] - start, np.einsum("ijk,ijk->ij", way, way)
+        share = np.einsum("ijk,ijk->ij", offset, way) / np.where(square > 0, square, 1.0)
+        rest = offset - np.clip(share, 0.0, 1.0)[..., None] * way
+        return np.asarray(np.linalg.norm(rest, axis=2).min(axis=1))
+
+    @cached_property
+    def _ends(self) -> cKDTree:
+        return cKDTree(np.concatenate([self._start, self._end]), balanced_tree=False, compact_nodes=False)
+
+
+def _least_width(widths: Floats) -> float:
+    """Width of cells, mm, of which `CELLS_MAX` fill a box."""
+    low, high = 0.0, float(widths.max())
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if np.prod(np.maximum(np.ceil(widths / max(middle, 1e-300)), 1.0)) > CELLS_MAX:
+            low = middle
+        else:
+            high = middle
+    return high
