@@ -20,8 +20,8 @@ class SmallTable(NamedTuple):
 
     `code[row, mode, node]`: stops -1, -2, ..., then the entries of the lists of each move in turn; the move
     of a code is `move[code]`. A control is ``coding[code, 0] + coding[code, 1] * control``. The cells with
-    lines are sorted, ``first[group]:first[group + 1]`` in ``cells`` those of the group row * modes + mode; number k has
-    the lines ``start[k]:start[k + 1]``. Costs ($) of a line at both ends: ``cost[place]`` with
+    lines are sorted, ``first[group]:first[group + 1]`` in `cells` those of the group row * modes + mode;
+    number k has the lines ``start[k]:start[k + 1]``. Costs ($) of a line at both ends: ``cost[place]`` with
     ``cost_coding[stops + code]``, or ``wide[-1 - place]`` where `place[line]` < 0.
     """
 

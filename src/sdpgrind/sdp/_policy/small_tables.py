@@ -209,7 +209,7 @@ def _told(solution: Solution, rounding: Rounding, names: tuple[str, ...]) -> Tol
     coding = rounding.coding([table.ravel() for table in tables])
     coding[np.isnan(coding[:, 0])] = 0.0, 1.0  # of infinities alone
     none = float(-LARGEST - 1) if rounding.whole else np.nan
-    parts = []
+    parts: list[Any] = []
     for table, one in zip(tables, coding, strict=True):
         stored = rounding.stored(table, np.broadcast_to(one, (*table.shape, 2)))
         endless = rounding.whole & np.isinf(table)

@@ -35,7 +35,8 @@ class Steps:
         self, move: int, row: Ints, mode: Ints, points: tuple[Floats, ...], entry: Any, control: Floats
     ) -> Floats:
         """Return the cost ($) of one move from points in slices (row, mode); infinite where not allowed."""
-        return self.costs((self.value,), move, row, mode, points, entry, control)[0]
+        found: Floats = self.costs((self.value,), move, row, mode, points, entry, control)[0]
+        return found
 
     def costs(
         self,

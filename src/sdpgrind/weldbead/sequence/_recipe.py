@@ -86,10 +86,11 @@ def _command(status: int, found: dict[str, float]) -> dict[str, Any]:
 
 def _expected(policy: Any, status: int, state: dict[str, float], found: dict[str, float]) -> dict[str, float]:
     """Return what a `SequenceController` reports: the plan's expectation ($, mm) of the action of the C."""
-    numbers = (found.get(name, nan) for name in ("duration", "feed_rate", "normal_force", "gap"))
-    action = SequenceAction(status == 1, *numbers, policy.problem)
+    gap = found.get("gap", nan)
+    asked = found["duration"], found["feed_rate"], found["normal_force"]
+    action = SequenceAction(status == 1, asked[0], asked[1], asked[2], gap, policy.problem)
     cut = 0.0 if action.stop else float(action.mean_cut)
-    return {"penalty": float(policy.value(**state)), "mean_cut": cut, "gap": found.get("gap", nan)}
+    return {"penalty": float(policy.value(**state)), "mean_cut": cut, "gap": gap}
 
 
 class _States:
