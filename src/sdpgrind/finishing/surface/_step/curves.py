@@ -100,10 +100,16 @@ def _polyline(file: StepFile, row: StepRow, scale: float) -> StepCurve:
     nodes = np.array([point(file, each, scale) for each in row.references(1)])
     if len(nodes) < 2:
         raise row.refused("must have two points or more")
-    return _splined(row, 1, nodes, None, np.append(0.0, np.append(np.arange(len(nodes)), len(nodes) - 1.0)))
+    knots = np.append(0.0, np.append(np.arange(len(nodes)), len(nodes) - 1.0))
+    return _splined(1, nodes, np.ones(len(nodes)), knots)
 
 
 def _spline(file: StepFile, form: StepRow, scale: float) -> StepCurve:
+    return _splined(*told_spline(file, form, scale))
+
+
+def told_spline(file: StepFile, form: StepRow, scale: float) -> tuple[int, Floats, Floats, Floats]:
+    """Return degree, control points (n, 3) in mm, weights (n,) and knots of a B-spline curve, checked."""
     base = file.find(form.number, "B_SPLINE_CURVE") or form
     first = 0 if base.type == "B_SPLINE_CURVE" else 1
     degree = base.count(first)
@@ -115,23 +121,25 @@ def _spline(file: StepFile, form: StepRow, scale: float) -> StepCurve:
         kind = next(each for each in IMPLICIT if form.type == f"{each}_CURVE")
         knots = knots_implicit(form, kind, degree, len(nodes))
     rational = file.find(form.number, "RATIONAL_B_SPLINE_CURVE")
-    weights = None if rational is None else rational.numbers(0)
-    return _splined(form, degree, nodes, weights, knots)
+    weights = np.ones(len(nodes)) if rational is None else rational.numbers(0)
+    _refuse_spline(form, degree, len(nodes), weights, knots)
+    return degree, nodes, weights, knots
 
 
-def _splined(row: StepRow, degree: int, nodes: Floats, weights: Floats | None, knots: Floats) -> StepCurve:
-    """B-spline curve from checked numbers."""
-    count = len(nodes)
+def _refuse_spline(row: StepRow, degree: int, count: int, weights: Floats, knots: Floats) -> None:
     if degree < 1 or count <= degree or len(knots) != count + degree + 1 or np.any(np.diff(knots) < 0):
         raise row.refused(
             f"must have degree >= 1 and rising knots, control points + degree + 1; got degree {degree},"
             f" {count} points, {len(knots)} knots"
         )
-    low, high = float(knots[degree]), float(knots[count])
-    w = np.ones(count) if weights is None else weights
-    if w.shape != (count,) or w.min() <= 0 or low >= high:
+    if weights.shape != (count,) or weights.min() <= 0 or knots[degree] >= knots[count]:
         raise row.refused("must have weights > 0, one a control point, and knots that leave a domain")
-    spline = BSpline(knots, np.column_stack([nodes * w[:, None], w]), degree)
+
+
+def _splined(degree: int, nodes: Floats, weights: Floats, knots: Floats) -> StepCurve:
+    """B-spline curve from checked numbers."""
+    low, high = float(knots[degree]), float(knots[len(nodes)])
+    spline = BSpline(knots, np.column_stack([nodes * weights[:, None], weights]), degree)
     ends = spline(np.array([low, high]))
     gap = np.linalg.norm(ends[1, :3] / ends[1, 3] - ends[0, :3] / ends[0, 3])
     closed = bool(gap <= CLOSE * np.linalg.norm(np.ptp(nodes, axis=0)))

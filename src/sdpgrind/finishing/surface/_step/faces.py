@@ -14,6 +14,7 @@ from sdpgrind.finishing.surface._step.measures import StepUnits
 from sdpgrind.finishing.surface._step.placements import moved
 from sdpgrind.finishing.surface._step.sculpted import Sculpted
 from sdpgrind.finishing.surface._step.splines import IMPLICIT, net
+from sdpgrind.finishing.surface._step.swept import TYPES, ExtrudedSurface, RevolvedSurface, swept
 from sdpgrind.finishing.surface._surface import Surface
 
 WHOLE = 1e-9  # of the domain's area, chosen: a polygon that lacks no more bounds nothing
@@ -79,9 +80,11 @@ def _carrier(file: StepFile, number: int, units: StepUnits) -> Carrier:
             if "line" in str(error):
                 raise
             raise ValueError(f"line {file.entity(number).line}: {file.name(number)}: {error}") from error
-    row = file.find(number, *simple.TYPES)
+    row = file.find(number, *simple.TYPES, *TYPES)
     if row is None:
         raise ValueError(f"{file.name(number)} is not read; export it as B-spline")
+    if row.type in TYPES:
+        return swept(file, row, units)
     return simple.elementary(file, row, units)
 
 
@@ -89,9 +92,11 @@ def _whole(file: StepFile, number: int, carrier: Carrier) -> Floats:
     """Domain of a surface without loops."""
     if isinstance(carrier, Sculpted):
         return carrier.domain
+    if isinstance(carrier, RevolvedSurface) and np.all(np.isfinite(carrier.domain)):
+        return carrier.domain
     poles = sorted(pole.place for pole in carrier.poles)
     (u, v), turn = carrier.periods, simple.TURN
-    if u is None or (v is None and len(poles) < 2):
+    if isinstance(carrier, ExtrudedSurface) or u is None or (v is None and len(poles) < 2):
         raise ValueError(f"{file.name(number)} must have loops that bound it")
     return np.array([[0.0, 0.0 if v else poles[0]], [turn, turn if v else poles[-1]]])
 
