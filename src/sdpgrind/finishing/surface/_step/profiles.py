@@ -1,10 +1,9 @@
 """Profiles of swept surfaces of a STEP file: lines, circles, ellipses and B-splines, trimmed or whole."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from sdpgrind.finishing.surface._step.curves import DEEPEST, SPLINES, told_spline
+from sdpgrind.finishing.surface._step.elementary import Meaning
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.feet import nearest
 from sdpgrind.finishing.surface._step.measures import StepUnits
@@ -36,9 +35,7 @@ def _line(file: StepFile, row: StepRow, scale: float) -> RationalCurve:
     start, way = point(file, row.reference(1), scale), file.row(row.reference(2), "VECTOR")
     nodes = np.column_stack([[start, start + direction(file, way.reference(1))], np.ones(2)])
     length = way.number_at(2) * scale
-    return RationalCurve(
-        1, nodes, np.array([0.0, 0.0, 1.0, 1.0]), endless=True, from_file=lambda t: t * length
-    )
+    return RationalCurve(1, nodes, np.array([0.0, 0.0, 1.0, 1.0]), endless=True, meaning=Meaning(length))
 
 
 def _conic(file: StepFile, row: StepRow, units: StepUnits) -> RationalCurve:
@@ -61,7 +58,6 @@ def _trimmed(file: StepFile, row: StepRow, whole: RationalCurve, units: StepUnit
         raise row.refused("must run along its curve from its first end to its second")
     all_of_it = whole.period is not None and high - low >= (1 - CLOSE) * whole.period
     found = whole if all_of_it else whole.piece(low, high)
-    found = replace(found, from_file=whole.from_file)
     return found if agree else found.reversed()
 
 
@@ -75,7 +71,7 @@ def _end(file: StepFile, row: StepRow, place: int, whole: RationalCurve, units: 
     numbers = [each.values[0] for each in members if isinstance(each, StepRecord) and len(each.values) == 1]
     if not numbers or not isinstance(numbers[0], float):
         raise row.refused(f"must have a point or a parameter as value {place + 1}")
-    found = float(whole.from_file(np.array(numbers[0])))
+    found = float(whole.meaning.from_file(np.array(numbers[0])))
     if np.isnan(found):
         raise row.refused("has an angle, and the file names no unit of angles; a unit is never guessed")
     return float(np.clip(found, *whole.ends)) if whole.period is None else found

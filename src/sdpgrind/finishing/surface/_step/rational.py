@@ -1,27 +1,21 @@
 """Rational B-spline curves as they stand in files: their places, and the exact curve of a part of them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BSpline
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.elementary import TURN, Arcs, arcs
+from sdpgrind.finishing.surface._step.elementary import AS_TOLD, RING, TURN, Meaning
 
 CLOSE = 1e-9  # of a curve's length or its domain, chosen: two places are one
-
-
-def _as_told(t: Floats) -> Floats:
-    return t
 
 
 @dataclass(frozen=True)
 class RationalCurve:
     """A curve with homogeneous control points (n, 4): w times the place in mm, and w.
 
-    An `endless` one is a line, of degree 1 through two points, and goes on beyond its knots. `from_file`
-    gives the parameter of the curve at one of the file, whose angles and lengths have units.
+    An `endless` one is a line, of degree 1 through two points, and goes on beyond its knots.
     """
 
     degree: int
@@ -29,7 +23,7 @@ class RationalCurve:
     knots: Floats
     endless: bool = False
     period: float | None = None
-    from_file: Callable[[Floats], Floats] = _as_told
+    meaning: Meaning = AS_TOLD
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -65,7 +59,7 @@ class RationalCurve:
         """Return the same curve from one parameter to another; over the seam of a closed one, too."""
         if self.endless:
             nodes = np.column_stack([self.points(np.array([low, high])), np.ones(2)])
-            return RationalCurve(1, nodes, np.array([low, low, high, high]))
+            return replace(self, nodes=nodes, knots=np.array([low, low, high, high]), endless=False)
         first, last = self.ends
         if self.period is None:
             return self._cut(max(low, first), min(high, last))
@@ -79,9 +73,8 @@ class RationalCurve:
 
     def reversed(self) -> "RationalCurve":
         """Return the curve the other way, its parameters negative."""
-        return replace(
-            self, nodes=self.nodes[::-1], knots=-self.knots[::-1], from_file=lambda t: -self.from_file(t)
-        )
+        meaning = self.meaning._replace(unit=-self.meaning.unit)
+        return replace(self, nodes=self.nodes[::-1], knots=-self.knots[::-1], meaning=meaning)
 
     def _cut(self, low: float, high: float) -> "RationalCurve":
         knots, nodes = self.knots, self.nodes
@@ -122,17 +115,8 @@ def closed_or_open(curve: RationalCurve) -> RationalCurve:
     return replace(curve, period=curve.ends[1] - curve.ends[0] if closed else None)
 
 
-RING: Arcs = arcs(0.0, TURN)
-
-
 def ring(centre: Floats, one: Floats, other: Floats, unit: float) -> RationalCurve:
     """Return a circle or an ellipse by its half axes (3,), mm; `unit` of the file's angles in rad."""
     places = centre + RING.nodes @ np.stack([one, other])
     nodes = np.column_stack([places, np.ones(len(places))]) * RING.weights[:, None]
-    return RationalCurve(2, nodes, RING.knots, period=TURN, from_file=lambda t: arc_parameters(t * unit))
-
-
-def arc_parameters(angle: Floats) -> Floats:
-    """Return the parameters of `RING` at angles, whole turns kept."""
-    turns = np.floor(angle / TURN) * TURN
-    return RING.parameters(angle - turns) + turns
+    return RationalCurve(2, nodes, RING.knots, period=TURN, meaning=Meaning(unit, arcs=True))

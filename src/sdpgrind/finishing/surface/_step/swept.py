@@ -4,19 +4,19 @@ Both parameters are those of rational B-spline curves, the profile and a circle 
 patch over a box is the product of a piece of each: exact, with the parameters of the whole surface.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.elementary import TURN, FlatSurface, Pole
+from sdpgrind.finishing.surface._step.elementary import TURN, Meaning, Pole
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.feet import LEVEL, nearest
 from sdpgrind.finishing.surface._step.measures import StepUnits
 from sdpgrind.finishing.surface._step.placements import direction, frame, moved, point, seen_from
 from sdpgrind.finishing.surface._step.profiles import profile
-from sdpgrind.finishing.surface._step.rational import RationalCurve, arc_parameters, ring
+from sdpgrind.finishing.surface._step.rational import RationalCurve, ring
 from sdpgrind.finishing.surface._step.splines import SplineNet
 
 TYPES = ("SURFACE_OF_LINEAR_EXTRUSION", "SURFACE_OF_REVOLUTION")
@@ -26,10 +26,11 @@ LOOKS = 33  # chosen: places in each span of a profile where it may cross the ax
 
 @dataclass(frozen=True)
 class ExtrudedSurface:
-    """A profile moved along a direction (3,) of length 1; v in mm."""
+    """A profile moved along a direction (3,) of length 1; v in mm, in the file in `length` of its units."""
 
     profile: RationalCurve
     along: Floats
+    length: float
     poles: tuple[Pole, ...] = ()
     longest_step: float = np.inf
 
@@ -72,6 +73,10 @@ class ExtrudedSurface:
         """Return the parameters of the patch: those of the surface."""
         return uv
 
+    def meanings(self, units: StepUnits) -> tuple[Meaning, Meaning]:
+        """Return what the file's parameters are."""
+        return self.profile.meaning, Meaning(self.length * units.length)
+
 
 @dataclass(frozen=True)
 class RevolvedSurface:
@@ -98,7 +103,7 @@ class RevolvedSurface:
         ends = np.array(self.profile.ends)
         if self.profile.endless:
             start, way = (each[0, :2] for each in self.profile.places(np.zeros(1)))
-            ends = np.array([-(start @ way) / max(way @ way, 1e-300)])
+            ends = np.array([-(start @ way) / max(float(way @ way), 1e-300)])
         away = np.hypot(*self.profile.points(ends)[:, :2].T)
         return tuple(Pole(1, float(v)) for v, r in zip(ends, away, strict=True) if r <= self.at_axis)
 
@@ -113,7 +118,7 @@ class RevolvedSurface:
         there = seen_from(self.frame, points)
         v = nearest(self.profile, there, _meridian)
         turn = _angle(there) - _angle(self.profile.points(v))
-        return np.stack([arc_parameters(turn), v], axis=-1)
+        return np.stack([AROUND.meaning.from_file(turn), v], axis=-1)
 
     def points(self, uv: Floats) -> Floats:
         """Return the points (n, 3), mm."""
@@ -133,6 +138,10 @@ class RevolvedSurface:
     def parameters(self, uv: Floats, box: Floats) -> Floats:
         """Return the parameters of the patch: those of the surface."""
         return uv
+
+    def meanings(self, units: StepUnits) -> tuple[Meaning, Meaning]:
+        """Return what the file's parameters are."""
+        return Meaning(units.angle, arcs=True), self.profile.meaning
 
 
 AROUND = ring(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), 1.0)
@@ -168,19 +177,16 @@ def _net(
     return SplineNet(degree, points, None if np.all(weights == 1.0) else weights, (ends[0], ends[1]))
 
 
-def swept(file: StepFile, row: StepRow, units: StepUnits) -> FlatSurface | ExtrudedSurface | RevolvedSurface:
+def swept(file: StepFile, row: StepRow, units: StepUnits) -> ExtrudedSurface | RevolvedSurface:
     """Return a surface of linear extrusion or of revolution, mm."""
     told = profile(file, row.reference(1), units)
     if row.type == TYPES[1]:
         return _revolved(file, row, told, units.length)
-    along = direction(file, file.row(row.reference(2), "VECTOR").reference(1))
-    if not told.endless:
-        return ExtrudedSurface(told, along)
-    start, way = (each[0] for each in told.places(np.zeros(1)))
-    normal = np.cross(way, along)
-    if np.linalg.norm(normal) < LEVEL:
+    way = file.row(row.reference(2), "VECTOR")
+    along = direction(file, way.reference(1))
+    if told.endless and np.linalg.norm(np.cross(told.places(np.zeros(1))[1][0], along)) < LEVEL:
         raise row.refused("must move its line aside, not along itself")
-    return FlatSurface(frame(row, start, normal / np.linalg.norm(normal), way))
+    return ExtrudedSurface(told, along, way.number_at(2))
 
 
 def _revolved(file: StepFile, row: StepRow, told: RationalCurve, scale: float) -> RevolvedSurface:
@@ -190,11 +196,8 @@ def _revolved(file: StepFile, row: StepRow, told: RationalCurve, scale: float) -
     beside = np.eye(3)[np.argmin(np.abs(z))]
     axes = frame(axis, point(file, axis.reference(1), scale), z, beside)
     places = seen_from(axes, told.nodes[:, :3] / told.nodes[:, 3:])
-    inner = RationalCurve(
-        told.degree, np.column_stack([places, np.ones(len(places))]) * told.nodes[:, 3:], told.knots,
-        told.endless, told.period, told.from_file,
-    )  # fmt: skip
-    found = RevolvedSurface(axes, inner)
+    nodes = np.column_stack([places, np.ones(len(places))]) * told.nodes[:, 3:]
+    found = RevolvedSurface(axes, replace(told, nodes=nodes))
     _refuse_crossing(row, found)
     return found
 
