@@ -12,6 +12,7 @@ from sdpgrind.finishing.surface._step.loops import polygons
 from sdpgrind.finishing.surface._step.measures import StepUnits
 from sdpgrind.finishing.surface._step.pcurves import Carrier, Sheet
 from sdpgrind.finishing.surface._step.placements import moved
+from sdpgrind.finishing.surface._step.rational import CLOSE
 from sdpgrind.finishing.surface._step.sculpted import Sculpted
 from sdpgrind.finishing.surface._step.splines import IMPLICIT, net
 from sdpgrind.finishing.surface._step.swept import TYPES, ExtrudedSurface, RevolvedSurface, swept
@@ -109,6 +110,11 @@ def _box(file: StepFile, row: StepRow, carrier: Carrier, loops: list[Floats]) ->
     box = np.stack([every.min(axis=0), every.max(axis=0)])
     if not np.all(box[1] > box[0]):
         raise row.refused("must have loops with an area")
+    around = any(
+        p is not None and w > (1 + CLOSE) * p for p, w in zip(carrier.periods, box[1] - box[0], strict=True)
+    )
+    if around and isinstance(carrier, ExtrudedSurface | RevolvedSurface):
+        raise row.refused("must not go around its surface more than once; split the face there")
     return box
 
 
