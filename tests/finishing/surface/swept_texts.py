@@ -47,6 +47,19 @@ class Lines(list):
         frame = self.frame(centre, axis, (1, 0, 0))
         return self.add(f"{kind}('',{frame},{','.join(map(repr, radii))})")
 
+    def spline(self, degree, nodes, shift, knots, weights=None):
+        """A B-spline through nodes (x, z), of multiplicities and knots."""
+        named = ",".join(self.point(np.array([x, 0, z]) + shift) for x, z in nodes)
+        told = f"{degree},({named}),.UNSPECIFIED.,.F.,.F."
+        knots = ",".join(f"({','.join(map(repr, each))})" for each in knots) + ",.UNSPECIFIED."
+        if weights is None:
+            return self.add(f"B_SPLINE_CURVE_WITH_KNOTS('',{told},{knots})")
+        rational = f"RATIONAL_B_SPLINE_CURVE(({','.join(map(repr, weights))}))"
+        return self.add(
+            f"( BOUNDED_CURVE() B_SPLINE_CURVE({told}) B_SPLINE_CURVE_WITH_KNOTS({knots}) CURVE()"
+            f" GEOMETRIC_REPRESENTATION_ITEM() {rational} REPRESENTATION_ITEM('') )"
+        )
+
     def edge(self, start, end, curve):
         return self.add(f"EDGE_CURVE('',{start},{end},{curve},.T.)")
 
@@ -82,20 +95,31 @@ def straight(way, start=(12.0, 0.0, 1.0)):
     )
 
 
+def casteljau(nodes, weights, t):
+    row = np.column_stack([nodes, np.ones(len(nodes))]) * np.array(weights or np.ones(len(nodes)))[:, None]
+    while len(row) > 1:
+        row = (1 - t) * row[:-1] + t * row[1:]
+    return np.array([row[0, 0], 0, row[0, 1]]) / row[0, 2]
+
+
+def closed_spline():
+    """Two parabolic arcs over t from 0 to 2 that meet at both ends, over the seam; weights differ there."""
+    nodes, weights = np.array([[20.0, 0], [26, 4], [20, 8], [14, 4], [20, 0]]), [1.0, 1.0, 2.0, 3.0, 3.0]
+
+    def at(t):
+        k = int(t % 2 // 1)
+        return casteljau(nodes[2 * k : 2 * k + 3], weights[2 * k : 2 * k + 3], t % 1)
+
+    knots = (3, 2, 3), (0.0, 1.0, 2.0)
+    return Profile(lambda lines, shift: lines.spline(2, nodes, shift, knots, weights), at, (1.5, 2.5), None)
+
+
 def bezier(nodes, weights=None):
     nodes = np.array(nodes, dtype=float)
     degree = len(nodes) - 1
 
     def write(lines, shift):
-        named = ",".join(lines.point(np.array([x, 0, z]) + shift) for x, z in nodes)
-        told = f"{degree},({named}),.UNSPECIFIED.,.F.,.F."
-        knots = f"({degree + 1},{degree + 1}),(0.,1.),.UNSPECIFIED."
-        if weights is None:
-            return lines.add(f"B_SPLINE_CURVE_WITH_KNOTS('',{told},{knots})")
-        return lines.add(
-            f"( BOUNDED_CURVE() B_SPLINE_CURVE({told}) B_SPLINE_CURVE_WITH_KNOTS({knots}) CURVE() GEOMETRIC_REPRESENTATION_ITEM()"
-            f" RATIONAL_B_SPLINE_CURVE(({','.join(map(repr, weights))})) REPRESENTATION_ITEM('') )"
-        )
+        return lines.spline(degree, nodes, shift, ((degree + 1, degree + 1), (0.0, 1.0)), weights)
 
     def at(t):  # by De Casteljau
         row = (
@@ -110,7 +134,12 @@ def bezier(nodes, weights=None):
     def circle(x, z):
         return np.hypot(x - 12, z) - 8
 
-    return Profile(write, at, (0.0, 1.0), circle if weights else lambda x, z: x - cubic(z / 30))
+    return Profile(
+        write,
+        lambda t: casteljau(nodes, weights, t),
+        (0.0, 1.0),
+        circle if weights else lambda x, z: x - cubic(z / 30),
+    )
 
 
 def trimmed(whole, told, sense):

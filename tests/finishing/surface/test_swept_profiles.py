@@ -11,6 +11,7 @@ from swept_texts import (
     PROFILES,
     arc,
     by_pcurves,
+    closed_spline,
     extruded,
     revolved,
     revolved_whole,
@@ -72,6 +73,17 @@ def test_revolved(face, name):
     first = np.cross([0, 1, 0], profile.rate(profile.ends[0]))
     assert np.abs(normals[0, 0] @ first) == pytest.approx(np.linalg.norm(first), rel=1e-6)
     assert normals[0, 0] @ first > 0
+
+
+def test_a_closed_spline_over_its_seam(face):
+    """The part's parameters are those of the file, those past the seam a period more."""
+    profile = closed_spline()
+    patch = face(extruded(profile))
+    (u0, u1), (v0, _) = patch.surface.domain
+    u = np.linspace(u0, u1, 21)
+    own = np.array([profile.at(t) for t in u]) + v0 * WAY / np.linalg.norm(WAY)
+    assert (u0, u1) == pytest.approx((1.5, 2.5)) and not patch.trim
+    assert np.abs(patch.surface.point(u, v0) - own).max() <= EXACT
 
 
 def test_a_line_askew_sweeps_a_hyperboloid(face):

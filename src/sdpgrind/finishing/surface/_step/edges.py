@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._step.curves import StepCurve, curve, is_known
 from sdpgrind.finishing.surface._step.elementary import Pole
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
-from sdpgrind.finishing.surface._step.pcurves import Carrier, Sheet, on_sheet, pcurve_on
+from sdpgrind.finishing.surface._step.pcurves import Carrier, FaceSurface, on_sheet, pcurve_on
 from sdpgrind.finishing.surface._step.placements import point
 
 CHORD = 0.0005  # mm, chosen: a tenth of what a polygon may have, so that areas hold 1e-4 with holes of 1 mm
@@ -35,7 +35,7 @@ class EdgeChain(NamedTuple):
         return self._replace(uv=self.uv[::-1])
 
 
-def edge_chain(file: StepFile, oriented: int, sheet: Sheet) -> EdgeChain | None:
+def edge_chain(file: StepFile, oriented: int, sheet: FaceSurface) -> EdgeChain | None:
     """Return the chain of an ORIENTED_EDGE, None of one that is a place."""
     use = file.row(oriented, "ORIENTED_EDGE")
     edge = file.row(use.reference(3), "EDGE_CURVE")
@@ -52,7 +52,7 @@ def edge_chain(file: StepFile, oriented: int, sheet: Sheet) -> EdgeChain | None:
     return found if edge.flag(4) == use.flag(4) else found.reversed()
 
 
-def _along(file: StepFile, number: int, sheet: Sheet, ends: tuple[Floats, Floats]) -> StepCurve:
+def _along(file: StepFile, number: int, sheet: FaceSurface, ends: tuple[Floats, Floats]) -> StepCurve:
     """Curve of an edge: the one in space, or that on its surface where there is no other that is read."""
     flat = None if is_known(file, number) else pcurve_on(file, number, sheet.number)
     return curve(file, number, sheet.units.length) if flat is None else on_sheet(file, flat, sheet, ends)

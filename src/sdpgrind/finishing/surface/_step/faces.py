@@ -10,7 +10,7 @@ from sdpgrind.finishing.surface._step.assembly import FACES, Assembly, PlacedFac
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.loops import polygons
 from sdpgrind.finishing.surface._step.measures import StepUnits
-from sdpgrind.finishing.surface._step.pcurves import Carrier, Sheet
+from sdpgrind.finishing.surface._step.pcurves import Carrier, FaceSurface
 from sdpgrind.finishing.surface._step.placements import moved
 from sdpgrind.finishing.surface._step.rational import CLOSE
 from sdpgrind.finishing.surface._step.sculpted import Sculpted
@@ -62,7 +62,7 @@ def _patch(file: StepFile, face: PlacedFace) -> Patch:
         carrier = _carrier(file, face.number, face.units)
         return Patch(_placed(carrier, _whole(file, face.number, carrier), face.motion, 1))
     carrier = _carrier(file, row.reference(2), face.units)
-    loops = polygons(file, row, Sheet(carrier, row.reference(2), face.units))
+    loops = polygons(file, row, FaceSurface(carrier, row.reference(2), face.units))
     box = _box(file, row, carrier, loops)
     surface = _placed(carrier, box, face.motion, 1 if row.flag(3) else -1)
     name = row.text(0) or f"#{row.number}"

@@ -9,7 +9,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._step.edges import EdgeChain, at_pole, edge_chain
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
-from sdpgrind.finishing.surface._step.pcurves import Carrier, Sheet
+from sdpgrind.finishing.surface._step.pcurves import Carrier, FaceSurface
 
 OPEN = 1e-3  # of the polygons' extent; source: specification, a gap that is none
 HALF = 0.5  # chosen: share of a period that a loop around the surface is off
@@ -22,7 +22,7 @@ class Chains(NamedTuple):
     turns: tuple[int, int]
 
 
-def polygons(file: StepFile, face: StepRow, sheet: Sheet) -> list[Floats]:
+def polygons(file: StepFile, face: StepRow, sheet: FaceSurface) -> list[Floats]:
     """Return the closed polygons (n, 2) of a face in the parameters of its surface; none: all of it."""
     sense = 1 if face.flag(3) else -1
     carrier = sheet.carrier
@@ -35,7 +35,7 @@ def polygons(file: StepFile, face: StepRow, sheet: Sheet) -> list[Floats]:
     return _gathered(plain, carrier)
 
 
-def _loop(file: StepFile, number: int, sheet: Sheet, sense: int) -> Chains | None:
+def _loop(file: StepFile, number: int, sheet: FaceSurface, sense: int) -> Chains | None:
     """Return the chain of a bound; None of a loop that is a vertex, at a pole."""
     bound = file.row(number, "FACE_OUTER_BOUND", "FACE_BOUND")
     if file.find(bound.reference(1), "VERTEX_LOOP"):

@@ -33,7 +33,7 @@ class Carrier(Protocol):
     def meanings(self, units: StepUnits) -> tuple[Meaning, Meaning]: ...
 
 
-class Sheet(NamedTuple):
+class FaceSurface(NamedTuple):
     """The surface of a face, its number, and the file's units."""
 
     carrier: Carrier
@@ -67,7 +67,7 @@ def pcurve_on(file: StepFile, number: int, surface: int) -> StepRow | None:
     return next((one for one in rows if one is not None and one.reference(1) == surface), None)
 
 
-def on_sheet(file: StepFile, row: StepRow, sheet: Sheet, ends: tuple[Floats, Floats]) -> StepCurve:
+def on_sheet(file: StepFile, row: StepRow, sheet: FaceSurface, ends: tuple[Floats, Floats]) -> StepCurve:
     """Return a PCURVE as a curve in space, mm, that runs between two vertices."""
     if any(np.isnan(each.unit) for each in sheet.carrier.meanings(sheet.units)):
         raise row.refused("has an angle, and the file names no unit of angles; a unit is never guessed")
@@ -85,7 +85,7 @@ def on_sheet(file: StepFile, row: StepRow, sheet: Sheet, ends: tuple[Floats, Flo
     return _on_line(sheet, flat, replace(flat, points=points), ends)
 
 
-def _on_line(sheet: Sheet, flat: StepCurve, along: StepCurve, ends: tuple[Floats, Floats]) -> StepCurve:
+def _on_line(sheet: FaceSurface, flat: StepCurve, along: StepCurve, ends: tuple[Floats, Floats]) -> StepCurve:
     """Curve over a line of the parameters; it is closed where the line is along a closed one."""
     start, after = flat.points(np.array([0.0, 1.0]))[:, :2]
     way = after - start

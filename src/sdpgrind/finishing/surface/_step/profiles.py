@@ -5,10 +5,9 @@ import numpy as np
 from sdpgrind.finishing.surface._step.curves import DEEPEST, SPLINES, told_spline
 from sdpgrind.finishing.surface._step.elementary import Meaning
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
-from sdpgrind.finishing.surface._step.feet import nearest
 from sdpgrind.finishing.surface._step.measures import StepUnits
 from sdpgrind.finishing.surface._step.placements import direction, placement, point
-from sdpgrind.finishing.surface._step.rational import CLOSE, RationalCurve, closed_or_open, ring
+from sdpgrind.finishing.surface._step.rational import CLOSE, RationalCurve, closed_or_open, nearest, ring
 from sdpgrind.finishing.surface._step.text import StepRecord
 
 

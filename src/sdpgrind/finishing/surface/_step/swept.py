@@ -12,11 +12,10 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._step.elementary import TURN, Meaning, Pole
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
-from sdpgrind.finishing.surface._step.feet import LEVEL, nearest
 from sdpgrind.finishing.surface._step.measures import StepUnits
 from sdpgrind.finishing.surface._step.placements import direction, frame, moved, point, seen_from
 from sdpgrind.finishing.surface._step.profiles import profile
-from sdpgrind.finishing.surface._step.rational import RationalCurve, ring
+from sdpgrind.finishing.surface._step.rational import LEVEL, RationalCurve, nearest, ring
 from sdpgrind.finishing.surface._step.splines import SplineNet
 
 TYPES = ("SURFACE_OF_LINEAR_EXTRUSION", "SURFACE_OF_REVOLUTION")
