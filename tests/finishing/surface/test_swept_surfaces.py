@@ -8,7 +8,7 @@ import pytest
 from cox_de_boor import row
 from step_areas import integral
 
-from sdpgrind.finishing import read_surfaces
+from sdpgrind.finishing import read_surfaces, zigzag
 
 FILES = Path(__file__).parents[2] / "data" / "step"
 AREA = 1e-4  # relative; source: the requirements, chords of 0.5 um leave less
@@ -120,6 +120,24 @@ def test_a_part_of_an_elliptic_ring():
     x, y, z = net(patch)[2].reshape(-1, 3).T
     assert np.abs(np.hypot((np.hypot(x, y) - 20) / 6, z / 3) - 1).max() * 6 <= EXACT
     assert np.ptp(np.arctan2(y, x)) == pytest.approx(2.0, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("name", "away", "radius"),
+    [
+        ("extruded_hole", lambda x, y, z: np.hypot(x - 20, y - 15), 5.0),
+        (
+            "revolved_hole",
+            lambda x, y, z: np.where(x + y > 0, np.hypot((x - y) / 2**0.5, z - 15), np.inf),
+            4.0,
+        ),
+    ],
+)
+def test_a_path_stays_off_the_hole(name, away, radius):
+    (patch,) = part(name)
+    found = zigzag(patch, 3.0).sample(per_leg=16)
+    from_axis = away(*found.point[found.contact].T)
+    assert radius - 0.01 <= from_axis.min() <= radius + 3.0  # mm; source: the requirements, and the pitch
 
 
 @pytest.mark.parametrize(
