@@ -28,7 +28,7 @@ from sdpgrind.finishing.arm._chain_checks import (
 from sdpgrind.finishing.arm._chain_form import form_of
 from sdpgrind.finishing.arm._closed_form import ClosedForm, inverted
 from sdpgrind.finishing.arm._inverse import checked_poses
-from sdpgrind.finishing.arm._polish import polish
+from sdpgrind.finishing.arm._polish import solve_near
 from sdpgrind.finishing.arm._robot import Redundancy, middle
 from sdpgrind.finishing.arm._urdf import read_chain
 
@@ -373,10 +373,9 @@ class SerialRobot(ByValue, Described):
         for k in np.flatnonzero(off > CROOKED)[:1]:
             check_rigid(f"poses[{k}]", given[k])
         flange = given if self._bare else np.ascontiguousarray(given @ inverted(self.tool))
-        joints, beyond = form.solve(flange, middle(self))
-        if form.near:
-            polish(self.links, self._slides, flange, joints, beyond, middle(self))
-        return joints, beyond
+        if not form.near:
+            return form.solve(flange, middle(self))
+        return solve_near(form, self.links, self._slides, flange, middle(self))
 
     @cached_property
     def _bare(self) -> bool:
