@@ -8,15 +8,16 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _serial_kernels as kernels
+from sdpgrind.finishing.arm._links import row
 
 # rad, mm; chosen: a robot that is off by less reaches a pose to 1e-6 mm at 1 m
 CROOKED, APART = 1e-9, 1e-6
 # rad, mm; chosen: what angles of four decimals (1.5708) leave at two joints and a link of 1 m; solutions are
 # polished on the chain itself then
 ROUNDED, SHIFTED = 2e-4, 0.2
-# rad, mm; chosen: twice what a calibration of 2 mrad and 1 mm in each entry leaves; then solutions are numeric
+# rad, mm; chosen: twice what calibrations by 2 mrad and 1 mm in each entry leave; solutions are numeric then
 TILTED, MOVED = 5e-3, 5.0
-WIDER = 30.0  # mm, chosen: thrice what a calibration of 2 mrad and 1 mm in each entry moves an arm of 1 m by
+WIDER = 30.0  # mm, chosen: thrice what calibrations by 2 mrad and 1 mm in each entry move an arm of 1 m
 SHORTEST = 1e-3  # mm, chosen: a shorter link makes no elbow
 
 
@@ -33,8 +34,8 @@ class ClosedForm(NamedTuple):
 
     Angles are ``zeros + signs * joints``; `lengths` are a1, a2, a3, a4, e, d5, mm; a pose of the flange is
     ``before^-1 @ inner @ behind^-1``; `crooked` turns the frame of link 3 into that of the wrist. `near`: the
-    axes keep the rules but for the rounding of a file, or, `calibrated`, but for a calibration, so the constants
-    are those of a robot nearby.
+    axes keep the rules but for the rounding of a file, or, `calibrated`, but for a calibration, so the
+    constants are those of a robot nearby.
     """
 
     wrist: bool
@@ -61,6 +62,23 @@ class ClosedForm(NamedTuple):
             middle, out, beyond,
         )  # fmt: skip
         return out, beyond
+
+    def links(self) -> Floats:
+        """Links (7, 4, 4) of the robot that has this form, mm; see `_serial_kernels` for its frames."""
+        a1, a2, a3, a4, offset, d5 = self.lengths
+        up = row(0.0, 0.0, 0.0, math.pi / 2)
+        third = row(0.0, offset, a3, 0.0)
+        if self.wrist:
+            third[:3, :3] = self.crooked.T
+        fourth = up if self.wrist else row(0.0, 0.0, a4, math.pi / 2) @ row(0.0, d5, 0.0, 0.0)
+        after = [
+            inverted(self.before), row(0.0, 0.0, a1, math.pi / 2), row(0.0, 0.0, a2, 0.0), third, fourth,
+            up.T, inverted(self.behind),
+        ]  # fmt: skip
+        for k, (zero, sign) in enumerate(zip(self.zeros, self.signs, strict=True)):
+            flip = np.diag([1.0, sign, sign, 1.0])  # Rz(zero + sign q) = Rz(zero) flip Rz(q) flip
+            after[k], after[k + 1] = after[k] @ row(zero, 0.0, 0.0, 0.0) @ flip, flip @ after[k + 1]
+        return np.stack(after)
 
     def farther(self) -> tuple[Self, Self]:
         """Forms that reach farther, out and in; in the second axis 2 is nearer to axis 1, too.

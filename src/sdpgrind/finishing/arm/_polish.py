@@ -14,11 +14,12 @@ GOOD = 1e-9  # mm, and rad times the lever; chosen: more is no solution
 def solve_near(
     form: ClosedForm, links: Floats, sliding: Bools, poses: Floats, middle: Floats
 ) -> tuple[Floats, Floats]:
-    """Joints of all branches (m, 8, 6) of poses of the flange, and mm out of reach (m, 8), of a chain near a form.
+    """Joints of all branches (m, 8, 6) of poses of the flange, and mm out of reach (m, 8).
 
-    A branch begins at its joints in the form. One that is lost, or ends where another does, begins again at
-    those of forms that reach farther, and then at its joints at the pose before where that is near. One that
-    is still lost, or then another's, is NaN. Angles are the turns nearest to the middle of their limits.
+    The chain is near the form. A branch begins at its joints in the form. One that is lost, or ends where
+    another does, begins again at those of forms that reach farther, and then at its joints at the pose before
+    where that is near. One that is still lost, or then another's, is NaN. Angles are the turns nearest to the
+    middle of their limits.
     """
     starts, beyond = form.solve(poses, middle)
     joints, left = np.full(starts.shape, np.nan), beyond.copy()
