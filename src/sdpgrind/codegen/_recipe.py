@@ -186,7 +186,7 @@ class Recipe:
         return tuple((float(low), float(high)) for low, high in pairs)
 
     def usable(self, rows: Floats) -> Bools:
-        """Return for each row of inputs (mm, s, N ...) whether the step runs on it, as in C."""
+        """Return for each of the `rows` of inputs (mm, s, N ...) whether the step runs on it, as in C."""
         low, high = np.array(self.limits).T
         # a NaN is neither below nor above: it is left to the step where it may be missing
         inside = ~((rows < low) | (rows > high)) & (np.isfinite(rows) | ~np.array(self.finite))

@@ -149,7 +149,7 @@ class CProgram:
             declared = f"static const {element.c} {place}[{len(cells)}]"
             self.tables[place] = f"{self._comment(name, array)}\n{declared} = {{\n    {body}\n}};"
             self.table_bytes += array.nbytes
-            few = array.ravel().tolist() if array.size <= _FEW and element != BOOL else []
+            few = array.ravel().tolist() if array.size <= _FEW and element not in (BOOL, FLOAT32) else []
             kind = Array(element, array.shape, dense(array.shape), fixed=tuple(enumerate(few)))
             self._arrays[key] = Value(place, kind)
         return self._arrays[key]
