@@ -174,7 +174,7 @@ def calibrated(times: int, count: int) -> None:
         print(
             f"\nForward of inverse: {np.linalg.norm(reached[:, :3, 3], axis=1).max():.1e} mm; own joints"
             f" {np.nanmin(apart, axis=1).max():.1e} rad; of {asked.sum()} branches of the nominal robot"
-            f" {(asked & ~there).sum()} are not there."
+            f" {(asked & ~there).sum()} are beyond this one's reach or lost."
         )
 
 
