@@ -49,7 +49,7 @@ class Edges(NamedTuple):
     """Edges of the smallest cells in u (n 2^levels + 1,) and v; the first ones are halved `levels` times.
 
     `reach` (levels + 1,): of cells of each size, the greatest distance of a corner from the middle, mm.
-    `border` of the halvings are for cells that a trimming crosses: middles in a row would all lie on one side.
+    `border` of the halvings are for cells that a trimming crosses: middles in a row may lie on one side.
     """
 
     u: Floats
