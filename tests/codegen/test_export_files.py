@@ -116,6 +116,27 @@ def test_foreign_folders_and_files_are_refused(tmp_path):
         sdpgrind.export(recipe(), tmp_path / "none" / "x")
 
 
+@pytest.mark.parametrize("overwrite", [False, True])
+@pytest.mark.parametrize("mine", ["main.c", "build/notes.txt"])
+def test_a_users_files_beside_an_export_are_kept(tmp_path, mine, overwrite):
+    made = sdpgrind.export(recipe(), tmp_path / "smith")
+    (made.path / mine).parent.mkdir(exist_ok=True)
+    (made.path / mine).write_text("kept")
+    for one in (recipe(), Recipe("cast", cast_step, {"x": ""}, {"y": ""})):
+        with pytest.raises(ValueError, match=f"also holds {mine.split('/')[0]}, not in its manifest.json"):
+            sdpgrind.export(one, made.path, overwrite=overwrite)
+    assert (made.path / mine).read_text() == "kept"
+
+
+@pytest.mark.parametrize("text", ['{"name": "my web app"}', "[1]", "no JSON", '{"fingerprint": "1"}'])
+def test_a_foreign_manifest_is_no_export(tmp_path, text):
+    (tmp_path / "web" / "src").mkdir(parents=True)
+    (tmp_path / "web" / "manifest.json").write_text(text)
+    with pytest.raises(ValueError, match="must be the folder of an export, or be empty"):
+        sdpgrind.export(recipe(), tmp_path / "web", overwrite=True)
+    assert (tmp_path / "web" / "src").is_dir() and (tmp_path / "web" / "manifest.json").read_text() == text
+
+
 @pytest.mark.parametrize("name", ["for", "int", "3d", "a-b", "log"])
 def test_names_that_c_does_not_allow(tmp_path, name):
     with pytest.raises(

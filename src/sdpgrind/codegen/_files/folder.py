@@ -1,23 +1,51 @@
 """Folders that appear complete or not at all."""
 
+import json
 import os
 import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from sdpgrind.base.whole_files import durable
 
+_MANIFEST = "manifest.json"
+
 
 def check_free(path: Path, overwrite: bool) -> None:
-    """Refuse a path that exists with other content, unless it may be overwritten."""
+    """Refuse a path that exists with other content than an export's, whether or not that is replaced."""
     if path.exists() and not path.is_dir():
         raise ValueError(f"path must be a folder, or not exist yet; got the file {os.fspath(path)!r}")
     if not path.resolve().parent.is_dir():
         raise FileNotFoundError(f"path must lie in an existing folder; got {os.fspath(path)!r}")
-    foreign = path.exists() and any(path.iterdir()) and not (path / "manifest.json").exists()
-    if foreign:
+    if path.is_dir() and any(path.iterdir()):
+        _check_export(path)
+
+
+def _check_export(path: Path) -> None:
+    """Refuse a folder that is no export, or in which something stands beside it: that would be lost."""
+    listed = _listed(path / _MANIFEST)
+    if not listed:
         raise ValueError(f"path must be the folder of an export, or be empty; got {os.fspath(path)!r}")
+    files = {one.name for one in path.iterdir() if one.is_file() and not one.is_symlink()}
+    strange = sorted({one.name for one in path.iterdir()} - (files & listed))
+    if strange:
+        raise ValueError(
+            f"path must be a folder of nothing but an export; {os.fspath(path)!r} also holds"
+            f" {', '.join(strange)}, not in its {_MANIFEST}: move it elsewhere, or choose another path"
+        )
+
+
+def _listed(file: Path) -> set[str]:
+    """Return the names of the files of an export; none where the file is no manifest of one."""
+    try:
+        told: Any = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()
+    ours = isinstance(told, dict) and isinstance(told.get("fingerprint"), str)
+    files = told.get("files") if ours else None
+    return {*files, _MANIFEST} if isinstance(files, dict) else set()
 
 
 def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> None:
