@@ -2,14 +2,17 @@
 
 import hashlib
 import json
+import pathlib
 import re
 import shutil
 import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 import sdpgrind
+from sdpgrind.base import whole_files
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.codegen import Recipe
 
@@ -165,6 +168,47 @@ def test_an_export_that_fails_leaves_the_old_one(tmp_path, monkeypatch):
         sdpgrind.export(Recipe("cast", cast_step, {"x": ""}, {"y": ""}), first.path, overwrite=True)
     assert {path.name: path.read_bytes() for path in first.path.iterdir()} == before
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_key_pressed_between_the_renames_leaves_the_old_one(tmp_path, monkeypatch):
+    first = sdpgrind.export(recipe(), tmp_path / "smith")
+    before, rename, calls = contents(first.path), pathlib.Path.rename, []
+
+    def pressed(self, target):
+        calls.append(target)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return rename(self, target)
+
+    monkeypatch.setattr(pathlib.Path, "rename", pressed)
+    with pytest.raises(KeyboardInterrupt):
+        sdpgrind.export(Recipe("cast", cast_step, {"x": ""}, {"y": ""}), first.path, overwrite=True)
+    assert contents(first.path) == before and len(list(tmp_path.iterdir())) == 1
+
+
+def dead_process():
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    return dead.pid
+
+
+def test_what_a_killed_process_left(tmp_path):
+    first = sdpgrind.export(recipe(), tmp_path / "smith")
+    before, owner = contents(first.path), f"{dead_process()}@{whole_files._computer()}"
+    for name in (f".smith.{owner}.a1.part", f".smith.other.{owner}.a1.part"):
+        (tmp_path / name).mkdir()
+    first.path.rename(tmp_path / f".smith.{owner}.a1.old")
+    with pytest.raises(FileExistsError, match="overwrite must be True"):  # it is there again
+        sdpgrind.export(Recipe("cast", cast_step, {"x": ""}, {"y": ""}), first.path)
+    assert contents(first.path) == before
+    (tmp_path / f".smith.{owner}.a2.old").mkdir()
+    sdpgrind.export(recipe(), first.path)
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {"smith", f".smith.other.{owner}.a1.part"}  # which is not beside this export
 
 
 @needs_gcc

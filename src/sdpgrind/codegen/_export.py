@@ -7,7 +7,7 @@ from typing import Any
 from sdpgrind import __version__
 from sdpgrind.base import checks
 from sdpgrind.codegen._exported import Exported
-from sdpgrind.codegen._files.folder import check_free, write_folder
+from sdpgrind.codegen._files.folder import check_free, put_back, write_folder
 from sdpgrind.codegen._files.header import header
 from sdpgrind.codegen._files.manifest import manifest, promise, text_of
 from sdpgrind.codegen._files.selftest import selftest
@@ -65,7 +65,8 @@ def export(
     name : str, optional
         Prefix of files, types and functions. Default: the name of the folder, or of the FMU.
     overwrite : bool
-        Whether another export there is replaced. It stays until the new one is complete.
+        Whether another export there is replaced. It stays until the new one is complete; what a killed
+        process had moved aside, the next export puts back.
 
     Returns
     -------
@@ -101,6 +102,7 @@ def export(
     asked = TablesAsked.of(precision, lost_max, outputs)
     recipe, place = recipe_of(thing, asked), checks.path("path", path)
     unit = target == "fmi2"
+    put_back(place)
     (archive.check_free if unit else check_free)(place, overwrite)
     prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
     source, vectors = source_of(recipe, prefix, __version__), vectors_of(recipe)

@@ -3,12 +3,11 @@
 import json
 import os
 import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from sdpgrind.base.whole_files import durable
+from sdpgrind.base.whole_files import beside, durable, left_over, remove_leftovers
 
 _MANIFEST = "manifest.json"
 
@@ -58,9 +57,9 @@ def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> Non
             told = f"overwrite must be True where path holds another export; got {os.fspath(path)!r}"
             raise FileExistsError(told)
     target = path.resolve()
-    made = Path(tempfile.mkdtemp(prefix=f".{target.name[:100]}.", suffix=".part", dir=target.parent))
+    made = beside(target)
     try:
-        made.chmod(0o755)
+        made.mkdir()
         for name, content in files.items():
             (made / name).write_bytes(content)
             durable(made / name)
@@ -71,17 +70,26 @@ def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> Non
 
 def _swap(made: Path, target: Path) -> None:
     """Put the new folder in place of the old one; keep that until the new one stands."""
-    if not target.exists():
-        made.rename(target)
-        return
     old = made.with_suffix(".old")
-    target.rename(old)
     try:
+        if target.exists():
+            target.rename(old)
         made.rename(target)
-    except OSError:
-        old.rename(target)
-        raise
-    shutil.rmtree(old)
+    finally:  # also where a key is pressed between the two
+        if old.exists() and not target.exists():
+            old.rename(target)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def put_back(path: Path) -> None:
+    """Undo what a process that was killed while it wrote here has left: its export is the one before."""
+    target = path.resolve()
+    remove_leftovers(target.parent, target.name)
+    for old in left_over(target.parent, target.name, "old"):
+        if target.exists():
+            shutil.rmtree(old, ignore_errors=True)
+        else:
+            old.rename(target)
 
 
 def _content(path: Path) -> dict[str, bytes]:
