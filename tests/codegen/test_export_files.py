@@ -284,6 +284,27 @@ def test_fast_math_is_refused(made):
 
 
 @needs_gcc
+@pytest.mark.parametrize("source", ["smith.c", "smith_selftest.c"])
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_finite_math_is_refused(made, compiler, source):
+    if not shutil.which(compiler):
+        pytest.skip(f"{compiler} is not installed")
+    done = subprocess.run(
+        [compiler, "-std=c99", "-O2", "-ffinite-math-only", "-c", str(made.path / source), "-o", "/dev/null"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode and "compile without -ffinite-math-only" in done.stderr
+
+
+def test_vectors_hold_what_is_no_finite_number(made):
+    rows = np.fromfile(made.path / "vectors.bin", "<f8").reshape(-1, 4)
+    rows = rows[~np.isnan(rows).all(axis=1)]  # but those of a reset
+    for one in (0, 1):
+        for told in (np.isnan(rows[:, one]), np.isposinf(rows[:, one]), np.isneginf(rows[:, one])):
+            assert told.any() and (rows[told, 3] == -1.0).all()
+
+
+@needs_gcc
 def test_a_number_that_is_no_index(tmp_path):
     made = sdpgrind.export(
         Recipe("cast", cast_step, {"x": ""}, {"y": ""}, missing=("x",), ranges={"x": (-np.inf, np.inf)}, vectors=lambda rng, n: [np.arange(9.0)[:, None]],
