@@ -148,6 +148,34 @@ def test_names_that_c_does_not_allow(tmp_path, name):
         sdpgrind.export(recipe(), tmp_path / "x", name=name)
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["math", "Math", "string", "stdint", "float_t", "DBL_MAX", "linux", "I", "errno", "template", "PRIu64"],
+)
+def test_names_that_headers_and_cpp_take(tmp_path, name):
+    with pytest.raises(
+        ValueError, match=f"no name that standard headers, compilers or C.. take; got '{name}'"
+    ):
+        sdpgrind.export(recipe(), tmp_path / "x", name=name)
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize(
+    "name", ["NAN", "INFINITY", "EOF", "unix", "new", "delete", "errno", "DBL_MAX", "ROWS"]
+)
+def test_names_of_inputs_and_outputs(name):
+    for inputs, outputs in (({name: ""}, {"y": ""}), ({"x": ""}, {name: ""})):
+        with pytest.raises(ValueError, match=f"inputs, outputs must be no name that .* take; got '{name}'"):
+            Recipe("cast", cast_step, inputs, outputs)
+
+
+def test_names_that_may_be(tmp_path):
+    for name in ("string", "FEED", "PRICE", "SIGMA", "E1", "x" * 63):  # a header's is no file here
+        assert name in Recipe("cast", cast_step, {name: ""}, {"y": ""}).inputs
+    with pytest.raises(ValueError, match="name must be of at most 63 characters; got 64"):
+        sdpgrind.export(recipe(), tmp_path / ("x" * 64))
+
+
 def test_what_has_no_recipe(tmp_path):
     with pytest.raises(TypeError, match=r"thing must be a SequencePolicy, an sdp.Policy, .* got dict"):
         sdpgrind.export({}, tmp_path / "x")

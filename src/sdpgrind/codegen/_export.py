@@ -15,7 +15,8 @@ from sdpgrind.codegen._files.shell import CSource, source_of
 from sdpgrind.codegen._files.vectors import Vectors, vectors_of
 from sdpgrind.codegen._fmi import archive
 from sdpgrind.codegen._fmi.unit import unit_files
-from sdpgrind.codegen._recipe import Recipe, c_name
+from sdpgrind.codegen._names import c_name
+from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._tables import TablesAsked
 
 TARGETS = ("c99", "fmi2")
@@ -79,9 +80,9 @@ def export(
         When the thing cannot be exported.
     ValueError
         When a kernel is outside the subset that is translated (file, line, construct and what to write
-        instead), a name is no identifier of C, or the folder holds something else; when the value lost ($) is
-        above `lost_max` in every form, or cannot be computed, as the plan was loaded without its problem;
-        when the thing has no tables that can be rounded.
+        instead), a name is no identifier of C or is taken by its headers, or the folder holds something
+        else; when the value lost ($) is above `lost_max` in every form, or cannot be computed, as the plan
+        was loaded without its problem; when the thing has no tables that can be rounded.
     FileExistsError
         When `path` holds another export and `overwrite` is False.
 
