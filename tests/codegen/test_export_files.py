@@ -255,6 +255,30 @@ def test_what_was_not_run_is_no_success(made):
         made.controller("no-such-compiler")
 
 
+@needs_gcc
+def test_other_targets_without_a_compiler_that_is_there(made):
+    found = made.check(100, ["no-such-compiler"])
+    assert found.missing[:2] == ("no-such-compiler", "sanitizers: no compiler here")
+    for target in ("aarch64", "armhf"):  # run, or what they lack is named
+        assert found.builds.get(target) == 0 or any(
+            one.startswith(f"{target}: its C library") or one.startswith(("qemu", target, "arm-linux"))
+            for one in found.missing
+        )
+        assert not any("no compiler here to compare" in one for one in found.missing)
+
+
+@pytest.mark.parametrize("what", ["compilers", "levels", "targets"])
+def test_a_text_in_place_of_several(made, what):
+    with pytest.raises(TypeError, match=rf"^{what} must be a sequence of texts, as \('.*',\); got 'gcc'$"):
+        made.check(10, **{what: "gcc"})
+
+
+@needs_gcc
+def test_a_compiled_controller_says_what_it_is(made):
+    told = "CompiledController('smith' by gcc: wanted, reading -> command)"
+    assert repr(made.controller()) == told
+
+
 STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-pedantic", "-Werror")
 
 
