@@ -97,7 +97,7 @@ def export(
     >>> sorted(path.name for path in folder.iterdir())
     ['manifest.json', 'stages.c', 'stages.h', 'stages_selftest.c', 'vectors.bin']
     >>> print(stages.promise)
-    same bits where the C library computes log, pow and expm1 as that of this computer; the self-test tells
+    same bits where the C library computes pow as that of this computer; the self-test tells
     """
     checks.one_of("target", target, TARGETS)
     asked = TablesAsked.of(precision, lost_max, outputs)
