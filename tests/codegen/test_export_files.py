@@ -2,14 +2,17 @@
 
 import hashlib
 import json
+import pathlib
 import re
 import shutil
 import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 import sdpgrind
+from sdpgrind.base import whole_files
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.codegen import Recipe
 
@@ -116,12 +119,61 @@ def test_foreign_folders_and_files_are_refused(tmp_path):
         sdpgrind.export(recipe(), tmp_path / "none" / "x")
 
 
+@pytest.mark.parametrize("overwrite", [False, True])
+@pytest.mark.parametrize("mine", ["main.c", "build/notes.txt"])
+def test_a_users_files_beside_an_export_are_kept(tmp_path, mine, overwrite):
+    made = sdpgrind.export(recipe(), tmp_path / "smith")
+    (made.path / mine).parent.mkdir(exist_ok=True)
+    (made.path / mine).write_text("kept")
+    for one in (recipe(), Recipe("cast", cast_step, {"x": ""}, {"y": ""})):
+        with pytest.raises(ValueError, match=f"also holds {mine.split('/')[0]}, not in its manifest.json"):
+            sdpgrind.export(one, made.path, overwrite=overwrite)
+    assert (made.path / mine).read_text() == "kept"
+
+
+@pytest.mark.parametrize("text", ['{"name": "my web app"}', "[1]", "no JSON", '{"fingerprint": "1"}'])
+def test_a_foreign_manifest_is_no_export(tmp_path, text):
+    (tmp_path / "web" / "src").mkdir(parents=True)
+    (tmp_path / "web" / "manifest.json").write_text(text)
+    with pytest.raises(ValueError, match="must be the folder of an export, or be empty"):
+        sdpgrind.export(recipe(), tmp_path / "web", overwrite=True)
+    assert (tmp_path / "web" / "src").is_dir() and (tmp_path / "web" / "manifest.json").read_text() == text
+
+
 @pytest.mark.parametrize("name", ["for", "int", "3d", "a-b", "log"])
 def test_names_that_c_does_not_allow(tmp_path, name):
     with pytest.raises(
         ValueError, match=f"name must be an identifier of C and Python and no keyword; got '{name}'"
     ):
         sdpgrind.export(recipe(), tmp_path / "x", name=name)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["math", "Math", "string", "stdint", "float_t", "DBL_MAX", "linux", "I", "errno", "template", "PRIu64"],
+)
+def test_names_that_headers_and_cpp_take(tmp_path, name):
+    with pytest.raises(
+        ValueError, match=f"no name that standard headers, compilers or C.. take; got '{name}'"
+    ):
+        sdpgrind.export(recipe(), tmp_path / "x", name=name)
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize(
+    "name", ["NAN", "INFINITY", "EOF", "unix", "new", "delete", "errno", "DBL_MAX", "ROWS"]
+)
+def test_names_of_inputs_and_outputs(name):
+    for inputs, outputs in (({name: ""}, {"y": ""}), ({"x": ""}, {name: ""})):
+        with pytest.raises(ValueError, match=f"inputs, outputs must be no name that .* take; got '{name}'"):
+            Recipe("cast", cast_step, inputs, outputs)
+
+
+def test_names_that_may_be(tmp_path):
+    for name in ("string", "FEED", "PRICE", "SIGMA", "E1", "x" * 63):  # a header's is no file here
+        assert name in Recipe("cast", cast_step, {name: ""}, {"y": ""}).inputs
+    with pytest.raises(ValueError, match="name must be of at most 63 characters; got 64"):
+        sdpgrind.export(recipe(), tmp_path / ("x" * 64))
 
 
 def test_what_has_no_recipe(tmp_path):
@@ -146,6 +198,47 @@ def test_an_export_that_fails_leaves_the_old_one(tmp_path, monkeypatch):
     assert len(list(tmp_path.iterdir())) == 1
 
 
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_key_pressed_between_the_renames_leaves_the_old_one(tmp_path, monkeypatch):
+    first = sdpgrind.export(recipe(), tmp_path / "smith")
+    before, rename, calls = contents(first.path), pathlib.Path.rename, []
+
+    def pressed(self, target):
+        calls.append(target)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return rename(self, target)
+
+    monkeypatch.setattr(pathlib.Path, "rename", pressed)
+    with pytest.raises(KeyboardInterrupt):
+        sdpgrind.export(Recipe("cast", cast_step, {"x": ""}, {"y": ""}), first.path, overwrite=True)
+    assert contents(first.path) == before and len(list(tmp_path.iterdir())) == 1
+
+
+def dead_process():
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    return dead.pid
+
+
+def test_what_a_killed_process_left(tmp_path):
+    first = sdpgrind.export(recipe(), tmp_path / "smith")
+    before, owner = contents(first.path), f"{dead_process()}@{whole_files._computer()}"
+    for name in (f".smith.{owner}.a1.part", f".smith.other.{owner}.a1.part"):
+        (tmp_path / name).mkdir()
+    first.path.rename(tmp_path / f".smith.{owner}.a1.old")
+    with pytest.raises(FileExistsError, match="overwrite must be True"):  # it is there again
+        sdpgrind.export(Recipe("cast", cast_step, {"x": ""}, {"y": ""}), first.path)
+    assert contents(first.path) == before
+    (tmp_path / f".smith.{owner}.a2.old").mkdir()
+    sdpgrind.export(recipe(), first.path)
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {"smith", f".smith.other.{owner}.a1.part"}  # which is not beside this export
+
+
 @needs_gcc
 def test_a_users_own_step(made):
     found = made.check(20_000, ["gcc"], levels=["-O2"], targets=())
@@ -160,6 +253,30 @@ def test_what_was_not_run_is_no_success(made):
         _ = found.differing
     with pytest.raises(ValueError, match="compiler must be a C compiler on this computer"):
         made.controller("no-such-compiler")
+
+
+@needs_gcc
+def test_other_targets_without_a_compiler_that_is_there(made):
+    found = made.check(100, ["no-such-compiler"])
+    assert found.missing[:2] == ("no-such-compiler", "sanitizers: no compiler here")
+    for target in ("aarch64", "armhf"):  # run, or what they lack is named
+        assert found.builds.get(target) == 0 or any(
+            one.startswith(f"{target}: its C library") or one.startswith(("qemu", target, "arm-linux"))
+            for one in found.missing
+        )
+        assert not any("no compiler here to compare" in one for one in found.missing)
+
+
+@pytest.mark.parametrize("what", ["compilers", "levels", "targets"])
+def test_a_text_in_place_of_several(made, what):
+    with pytest.raises(TypeError, match=rf"^{what} must be a sequence of texts, as \('.*',\); got 'gcc'$"):
+        made.check(10, **{what: "gcc"})
+
+
+@needs_gcc
+def test_a_compiled_controller_says_what_it_is(made):
+    told = "CompiledController('smith' by gcc: wanted, reading -> command)"
+    assert repr(made.controller()) == told
 
 
 STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-pedantic", "-Werror")
@@ -216,6 +333,27 @@ def test_fast_math_is_refused(made):
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode and "compile without -ffast-math" in done.stderr
+
+
+@needs_gcc
+@pytest.mark.parametrize("source", ["smith.c", "smith_selftest.c"])
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_finite_math_is_refused(made, compiler, source):
+    if not shutil.which(compiler):
+        pytest.skip(f"{compiler} is not installed")
+    done = subprocess.run(
+        [compiler, "-std=c99", "-O2", "-ffinite-math-only", "-c", str(made.path / source), "-o", "/dev/null"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode and "compile without -ffinite-math-only" in done.stderr
+
+
+def test_vectors_hold_what_is_no_finite_number(made):
+    rows = np.fromfile(made.path / "vectors.bin", "<f8").reshape(-1, 4)
+    rows = rows[~np.isnan(rows).all(axis=1)]  # but those of a reset
+    for one in (0, 1):
+        for told in (np.isnan(rows[:, one]), np.isposinf(rows[:, one]), np.isneginf(rows[:, one])):
+            assert told.any() and (rows[told, 3] == -1.0).all()
 
 
 @needs_gcc

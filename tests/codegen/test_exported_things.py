@@ -1,6 +1,7 @@
 """Things of the library as C: the same bits, in the loop, and with the compilers that are there."""
 
 import copy
+import json
 import shutil
 
 import numpy as np
@@ -96,6 +97,11 @@ def test_a_saved_policy_by_the_command(tmp_path, policy, capsys):
     assert "bead.h, bead.c" in capsys.readouterr().out
     again = sdpgrind.export(policy, tmp_path / "other", name="bead")
     assert (again.path / "bead.c").read_bytes() == (tmp_path / "bead" / "bead.c").read_bytes()
+    less = ["--precision", "float32", "--lost-max", "0.01", "--outputs", "duration,feed_rate,normal_force"]
+    assert cli.main(["export", str(tmp_path / "bead.nc"), str(tmp_path / "less"), *less]) == 0
+    told = json.loads((tmp_path / "less" / "manifest.json").read_text())
+    assert told["precision"] == "float32" and 0.0 <= told["lost"]["all_stages"] <= 0.01
+    assert "gap" not in {one["name"] for one in told["outputs"]}
 
 
 def test_what_no_command_exports_is_told(tmp_path, capsys):
@@ -106,7 +112,9 @@ def test_what_no_command_exports_is_told(tmp_path, capsys):
     plunge.plan(problem).save(tmp_path / "cycle.nc")
     assert cli.main(["export", str(tmp_path / "cycle.nc"), str(tmp_path / "out")]) == 2
     told = capsys.readouterr().err
-    assert "plan must be the file of a sequence policy or of a locus" in told and "holds a " in told
+    assert (
+        "plan must be the file of a sequence policy, an sdp.Policy or a locus" in told and "holds a " in told
+    )
     assert not (tmp_path / "out").exists()
 
 

@@ -1,19 +1,33 @@
 """``hwsim export PLAN PATH``: a saved plan as C99 or an FMU with the same bits, without solving it again."""
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 
 def add_export(subparsers: Any) -> None:
     """Add the command to the subparsers."""
-    about = "write a saved plan as C99, or an FMU, that gives the same bits as the library, with a self-test"
-    parser = subparsers.add_parser("export", help=about, description=about.capitalize() + ".")
+    about = "Write a saved plan as C99 or as an FMU"
+    more = " that gives the same bits as the library, with a self-test."
+    parser = subparsers.add_parser("export", help=about, description=about + more)
     parser.add_argument("plan", help="file of a plan, as plan.save writes it")
     parser.add_argument("folder", help="folder of NAME.h, NAME.c and the self-test, or NAME.fmu")
     parser.add_argument(
         "--target", choices=["c99", "fmi2"], default="c99", help="C99, or an FMU of FMI 2.0 (c99)"
     )
     parser.add_argument("--name", help="prefix of files and functions; default: that of folder or FMU")
+    parser.add_argument(
+        "--precision",
+        choices=["double", "float32", "int16"],
+        default="double",
+        help="digits of the tables of a policy; what they lose stands in the manifest (double)",
+    )
+    parser.add_argument(
+        "--lost-max", type=float, metavar="$", help="value that smaller tables of a policy may lose at most"
+    )
+    parser.add_argument(
+        "--outputs", metavar="NAME,...", help="outputs of a policy, with or without gap and value"
+    )
     parser.add_argument("--overwrite", action="store_true", help="replace another export there")
     parser.set_defaults(work=work)
 
@@ -22,14 +36,23 @@ def work(arguments: argparse.Namespace) -> int:
     """Export a plan and return the exit status."""
     import sdpgrind
 
+    _check_folder(arguments)
     plan = sdpgrind.load(arguments.plan)
     if not hasattr(plan, "__export__"):
         raise ValueError(
-            f"plan must be the file of a sequence policy or of a locus; {arguments.plan} holds a"
+            f"plan must be the file of a sequence policy, an sdp.Policy or a locus; {arguments.plan} holds a"
             f" {type(plan).__name__}; controllers are exported from Python, by sdpgrind.export"
         )
+    outputs = arguments.outputs
     made = sdpgrind.export(
-        plan, arguments.folder, arguments.target, name=arguments.name, overwrite=arguments.overwrite
+        plan,
+        arguments.folder,
+        arguments.target,
+        precision=arguments.precision,
+        lost_max=arguments.lost_max,
+        outputs=outputs if outputs is None else [one.strip() for one in outputs.split(",")],
+        name=arguments.name,
+        overwrite=arguments.overwrite,
     )
     name, unit = made.manifest["name"], made.manifest.get("fmi")
     source = f"{name}.h, {name}.c ({made.size / 1000:.0f} kB), {name}_selftest.c, vectors.bin"
@@ -37,3 +60,16 @@ def work(arguments: argparse.Namespace) -> int:
     print(f"{arguments.folder}: {held}{source}")
     print(made.promise)
     return 0
+
+
+def _check_folder(arguments: argparse.Namespace) -> None:
+    """Refuse paths that need another option, and name it."""
+    place, unit = Path(arguments.folder), arguments.target == "fmi2"
+    if unit != (place.suffix == ".fmu"):
+        told = "end in .fmu with --target fmi2" if unit else "be a folder, or an FMU by --target fmi2"
+        raise ValueError(f"path must {told}; got {arguments.folder!r}")
+    stem = place.stem if unit else place.resolve().name
+    if arguments.name is None and not (stem.isascii() and stem.isidentifier()):
+        raise ValueError(
+            f"--name must be given where that of folder or FMU is no identifier of C; got {stem!r}"
+        )

@@ -1,9 +1,11 @@
 """Files that appear complete or not at all, and what killed processes left of them."""
 
 import contextlib
+import glob
 import os
 import re
 import secrets
+import shutil
 import socket
 import stat
 from collections.abc import Iterator
@@ -12,8 +14,8 @@ from pathlib import Path
 from sdpgrind.base import checks
 
 _NAME = 100  # characters of the name that a temporary file keeps; chosen: with the rest below the usual 255
-_OWNER = re.compile(r"\..+\.(\d+)@([\w-]+)\.\w+\.part")
-"""Name of a temporary file: of the file, process, computer, and what makes it unique."""
+_OWNER = re.compile(r"\..+\.(\d+)@([\w-]+)\.\w+\.(?:part|old)")
+"""Name of a temporary file or folder: of the target, process, computer, and what makes it unique."""
 
 
 @contextlib.contextmanager
@@ -49,10 +51,15 @@ def _made_beside(target: Path, *, private: bool) -> Path:
 
     `private`: only its owner reads it while it is written.
     """
-    unique = secrets.token_hex(8)  # chosen: as good as never twice
-    path = target.with_name(f".{target.name[:_NAME]}.{os.getpid()}@{_computer()}.{unique}.part")
+    path = beside(target)
     os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600 if private else 0o666))
     return path
+
+
+def beside(target: Path) -> Path:
+    """Return a name of its own for what is written beside a file or folder, and tells whose it is."""
+    unique = secrets.token_hex(8)  # chosen: as good as never twice
+    return target.with_name(f".{target.name[:_NAME]}.{os.getpid()}@{_computer()}.{unique}.part")
 
 
 def durable(path: Path) -> None:
@@ -67,12 +74,28 @@ def durable(path: Path) -> None:
         os.close(handle)
 
 
-def remove_leftovers(folder: Path) -> None:
-    """Remove temporary files in a folder whose process, of this computer, is dead."""
-    for file in folder.glob(".*.part"):
-        owner = _OWNER.fullmatch(file.name)
-        if owner and owner[2] == _computer() and not _lives(int(owner[1])):
-            file.unlink(missing_ok=True)
+def remove_leftovers(folder: Path, name: str = "") -> None:
+    """Remove temporary files and folders in a folder whose process, of this computer, is dead.
+
+    `name`: only those that were written beside the file or folder of this name.
+    """
+    for one in left_over(folder, name, "part"):
+        if one.is_dir() and not one.is_symlink():
+            shutil.rmtree(one, ignore_errors=True)
+        else:
+            one.unlink(missing_ok=True)
+
+
+def left_over(folder: Path, name: str, ending: str) -> list[Path]:
+    """Return what dead processes of this computer left beside `name` (any: ""), with an ending."""
+    mark = f".{glob.escape(name[:_NAME])}." if name else "."
+    found = []
+    for one in folder.glob(f"{mark}*.{ending}"):
+        owner = _OWNER.fullmatch(one.name)
+        of_it = not name or one.name.count(".") == name[:_NAME].count(".") + 4
+        if owner and of_it and owner[2] == _computer() and not _lives(int(owner[1])):
+            found.append(one)
+    return found
 
 
 def _lives(process: int) -> bool:

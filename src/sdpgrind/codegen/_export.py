@@ -7,7 +7,7 @@ from typing import Any
 from sdpgrind import __version__
 from sdpgrind.base import checks
 from sdpgrind.codegen._exported import Exported
-from sdpgrind.codegen._files.folder import check_free, write_folder
+from sdpgrind.codegen._files.folder import check_free, put_back, write_folder
 from sdpgrind.codegen._files.header import header
 from sdpgrind.codegen._files.manifest import manifest, promise, text_of
 from sdpgrind.codegen._files.selftest import selftest
@@ -15,7 +15,8 @@ from sdpgrind.codegen._files.shell import CSource, source_of
 from sdpgrind.codegen._files.vectors import Vectors, vectors_of
 from sdpgrind.codegen._fmi import archive
 from sdpgrind.codegen._fmi.unit import unit_files
-from sdpgrind.codegen._recipe import Recipe, c_name
+from sdpgrind.codegen._names import c_name
+from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._tables import TablesAsked
 
 TARGETS = ("c99", "fmi2")
@@ -65,7 +66,8 @@ def export(
     name : str, optional
         Prefix of files, types and functions. Default: the name of the folder, or of the FMU.
     overwrite : bool
-        Whether another export there is replaced. It stays until the new one is complete.
+        Whether another export there is replaced. It stays until the new one is complete; what a killed
+        process had moved aside, the next export puts back.
 
     Returns
     -------
@@ -78,9 +80,9 @@ def export(
         When the thing cannot be exported.
     ValueError
         When a kernel is outside the subset that is translated (file, line, construct and what to write
-        instead), a name is no identifier of C, or the folder holds something else; when the value lost ($) is
-        above `lost_max` in every form, or cannot be computed, as the plan was loaded without its problem;
-        when the thing has no tables that can be rounded.
+        instead), a name is no identifier of C or is taken by its headers, or the folder holds something
+        else; when the value lost ($) is above `lost_max` in every form, or cannot be computed, as the plan
+        was loaded without its problem; when the thing has no tables that can be rounded.
     FileExistsError
         When `path` holds another export and `overwrite` is False.
 
@@ -95,12 +97,13 @@ def export(
     >>> sorted(path.name for path in folder.iterdir())
     ['manifest.json', 'stages.c', 'stages.h', 'stages_selftest.c', 'vectors.bin']
     >>> print(stages.promise)
-    same bits where the C library computes log, pow and expm1 as that of this computer; the self-test tells
+    same bits where the C library computes pow as that of this computer; the self-test tells
     """
     checks.one_of("target", target, TARGETS)
     asked = TablesAsked.of(precision, lost_max, outputs)
     recipe, place = recipe_of(thing, asked), checks.path("path", path)
     unit = target == "fmi2"
+    put_back(place)
     (archive.check_free if unit else check_free)(place, overwrite)
     prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
     source, vectors = source_of(recipe, prefix, __version__), vectors_of(recipe)

@@ -17,7 +17,7 @@ from sdpgrind.codegen._recipe import Recipe
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Exported:
-    """Written export; its `size` is in bytes, unit 1.
+    """Written export; its `size` is in bytes of text, unit 1.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Exported:
 
     @property
     def size(self) -> int:
-        """Size of header and source, bytes."""
+        """Size of header and source as text, bytes; on the target: ``manifest["sizes"]["tables"]``."""
         name = self.manifest["name"]
         with export_folder(self.path) as folder:
             return sum((folder / f"{name}{ending}").stat().st_size for ending in (".h", ".c"))
@@ -104,16 +104,18 @@ class Exported:
 
         Raises
         ------
+        TypeError
+            When compilers, levels or targets are one text.
         RuntimeError
             When a compiler refuses the C, or a sanitizer stops it.
         """
         checks.count("states", states)
-        for target in targets:
+        names = _several("compilers", compilers, "('gcc',)"), _several("levels", levels, "('-O2',)")
+        wanted = _several("targets", targets, "('sanitizers',)")
+        for target in wanted:
             checks.one_of("targets", target, TARGETS)
         with export_folder(self.path) as folder:
-            return checked(
-                self.recipe, folder, self.manifest, states, tuple(compilers), tuple(levels), targets, rng
-            )
+            return checked(self.recipe, folder, self.manifest, states, *names, wanted, rng)
 
     def controller(self, compiler: str = "gcc") -> CompiledController:
         """Return a controller whose `step` runs the C (mm, s, N): the first half of hardware in the loop.
@@ -130,3 +132,10 @@ class Exported:
         """
         with export_folder(self.path) as folder:
             return CompiledController(self.recipe, folder, str(self.manifest["name"]), compiler)
+
+
+def _several(name: str, given: Sequence[str], example: str) -> tuple[str, ...]:
+    """Return texts as a tuple; a text alone would be read by its letters."""
+    if isinstance(given, str) or not all(isinstance(one, str) for one in given):
+        raise TypeError(f"{name} must be a sequence of texts, as {example}; got {checks.shown(given)}")
+    return tuple(given)

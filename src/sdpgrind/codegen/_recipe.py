@@ -1,8 +1,6 @@
 """What is exported of a thing: its step as a kernel, the constants, the state, inputs and outputs."""
 
 import hashlib
-import keyword
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,7 +10,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.compiling.compiled import Kernel
-from sdpgrind.codegen._translate.body import RESERVED
+from sdpgrind.codegen._names import c_name
 
 _FINGERPRINT = 16  # chosen: hexadecimal digits
 _STATE = (0.0,)  # chosen: an unused entry, since C has no empty structure
@@ -227,14 +225,6 @@ def _plain(thing: Any) -> Any:
     if isinstance(thing, bool | int | float):
         return thing
     return np.array(thing, order="C")
-
-
-def c_name(argument: str, name: str) -> str:
-    """Return a name that C allows; refuse others."""
-    plain = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name)
-    if not plain or name in RESERVED or keyword.iskeyword(name):
-        raise checks.refuse(argument, "an identifier of C and Python and no keyword", name)
-    return name
 
 
 def shown(number: float) -> str:

@@ -1,23 +1,50 @@
 """Folders that appear complete or not at all."""
 
+import json
 import os
 import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from sdpgrind.base.whole_files import durable
+from sdpgrind.base.whole_files import beside, durable, left_over, remove_leftovers
+
+_MANIFEST = "manifest.json"
 
 
 def check_free(path: Path, overwrite: bool) -> None:
-    """Refuse a path that exists with other content, unless it may be overwritten."""
+    """Refuse a path that exists with other content than an export's, whether or not that is replaced."""
     if path.exists() and not path.is_dir():
         raise ValueError(f"path must be a folder, or not exist yet; got the file {os.fspath(path)!r}")
     if not path.resolve().parent.is_dir():
         raise FileNotFoundError(f"path must lie in an existing folder; got {os.fspath(path)!r}")
-    foreign = path.exists() and any(path.iterdir()) and not (path / "manifest.json").exists()
-    if foreign:
+    if path.is_dir() and any(path.iterdir()):
+        _check_export(path)
+
+
+def _check_export(path: Path) -> None:
+    """Refuse a folder that is no export, or in which something stands beside it: that would be lost."""
+    listed = _listed(path / _MANIFEST)
+    if not listed:
         raise ValueError(f"path must be the folder of an export, or be empty; got {os.fspath(path)!r}")
+    files = {one.name for one in path.iterdir() if one.is_file() and not one.is_symlink()}
+    strange = sorted({one.name for one in path.iterdir()} - (files & listed))
+    if strange:
+        raise ValueError(
+            f"path must be a folder of nothing but an export; {os.fspath(path)!r} also holds"
+            f" {', '.join(strange)}, not in its {_MANIFEST}: move it elsewhere, or choose another path"
+        )
+
+
+def _listed(file: Path) -> set[str]:
+    """Return the names of the files of an export; none where the file is no manifest of one."""
+    try:
+        told: Any = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()
+    ours = isinstance(told, dict) and isinstance(told.get("fingerprint"), str)
+    files = told.get("files") if ours else None
+    return {*files, _MANIFEST} if isinstance(files, dict) else set()
 
 
 def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> None:
@@ -30,9 +57,9 @@ def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> Non
             told = f"overwrite must be True where path holds another export; got {os.fspath(path)!r}"
             raise FileExistsError(told)
     target = path.resolve()
-    made = Path(tempfile.mkdtemp(prefix=f".{target.name[:100]}.", suffix=".part", dir=target.parent))
+    made = beside(target)
     try:
-        made.chmod(0o755)
+        made.mkdir()
         for name, content in files.items():
             (made / name).write_bytes(content)
             durable(made / name)
@@ -43,17 +70,26 @@ def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> Non
 
 def _swap(made: Path, target: Path) -> None:
     """Put the new folder in place of the old one; keep that until the new one stands."""
-    if not target.exists():
-        made.rename(target)
-        return
     old = made.with_suffix(".old")
-    target.rename(old)
     try:
+        if target.exists():
+            target.rename(old)
         made.rename(target)
-    except OSError:
-        old.rename(target)
-        raise
-    shutil.rmtree(old)
+    finally:  # also where a key is pressed between the two
+        if old.exists() and not target.exists():
+            old.rename(target)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def put_back(path: Path) -> None:
+    """Undo what a process that was killed while it wrote here has left: its export is the one before."""
+    target = path.resolve()
+    remove_leftovers(target.parent, target.name)
+    for old in left_over(target.parent, target.name, "old"):
+        if target.exists():
+            shutil.rmtree(old, ignore_errors=True)
+        else:
+            old.rename(target)
 
 
 def _content(path: Path) -> dict[str, bytes]:

@@ -20,6 +20,9 @@ GUARDS = """\
 #if defined(__FAST_MATH__)
 #error "compile without -ffast-math: it changes results"
 #endif
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0
+#error "compile without -ffinite-math-only: NaN and infinity must be told from numbers"
+#endif
 #if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)
 #error "doubles are computed with more digits here (x87): use SSE2 (-mfpmath=sse -msse2)"
 #endif

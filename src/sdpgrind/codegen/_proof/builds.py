@@ -24,6 +24,7 @@ _ABROAD = {
     "aarch64": ("aarch64-linux-gnu-gcc", "qemu-aarch64"),
     "armhf": ("arm-linux-gnueabihf-gcc", "qemu-arm"),
 }
+_ANY = ("gcc", "clang", "cc")  # chosen: any compiler of this computer tells the bits of its C library
 
 
 class Runner(Protocol):
@@ -62,7 +63,9 @@ class Builds:
         """Add what is to be built beside libraries; return what is not found, or not possible."""
         missing = []
         for target in targets:
-            if target == "sanitizers":
+            if target == "sanitizers" and not there:
+                missing.append("sanitizers: no compiler here")
+            elif target == "sanitizers":
                 missing += [f"sanitizers of {one}" for one in there if not self._sanitized(one)]
             else:
                 missing += self._abroad(target, there)
@@ -95,10 +98,11 @@ class Builds:
         compiler, emulator = _ABROAD[target]
         if missing := compilers.found((compiler, emulator))[1]:
             return missing
-        if self.libm and not there:
+        here = there or compilers.found(_ANY)[0]  # not compared itself, where it was not asked for
+        if self.libm and not here:
             return [f"{target}: no compiler here to compare its C library with"]
         place = self._place()
-        others = other_functions(self.libm, place, there[0], compiler, emulator) if self.libm else []
+        others = other_functions(self.libm, place, here[0], compiler, emulator) if self.libm else []
         if others:
             return [f"{target}: its C library computes {', '.join(others)} with other bits"]
         self._program(target, emulator, compiler, "-O2", "-static")

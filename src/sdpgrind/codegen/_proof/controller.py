@@ -38,7 +38,7 @@ class CompiledController:
     """
 
     def __init__(self, recipe: Recipe, folder: Path, name: str, compiler: str) -> None:
-        self._recipe = recipe
+        self._recipe, self._name, self._compiler = recipe, name, compiler
         sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
         with tempfile.TemporaryDirectory() as kept:  # the library stays loaded without its file
             self._library = Library(folder, Path(kept), name, sizes, needed(compiler), "-O2")
@@ -47,6 +47,10 @@ class CompiledController:
         self.state = np.zeros(recipe.state.size)
         self._taken: tuple[dict[str, float], dict[str, float]] = {}, {}
         self.reset()
+
+    def __repr__(self) -> str:
+        inputs, outputs = (", ".join(names) for names in (self._recipe.inputs, self._recipe.outputs))
+        return f"CompiledController({self._name!r} by {self._compiler}: {inputs} -> {outputs})"
 
     def __deepcopy__(self, memo: object) -> Self:
         twin = copy(self)
