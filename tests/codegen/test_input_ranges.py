@@ -8,8 +8,9 @@ from codegen_inside import LibrarySteps, bounds_of, recipe_of
 from fmu_things import THINGS, described
 
 import sdpgrind
+from sdpgrind import sdp, weldbead
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, TablesAsked
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 STATED = {"bead": {1, 2, 3}}  # outputs that are NaN where grinding stops, or infinite by what the header says
@@ -58,7 +59,7 @@ def test_c_takes_what_is_usable(tmp_path):
 @pytest.mark.parametrize("name", THINGS)
 def test_numbers_in_range_give_numbers(name):
     """Inputs at their bounds, for a while, give no NaN and no infinity; beyond them nothing changes."""
-    given = recipe_of(THINGS[name]())
+    given = recipe_of(THINGS[name](), TablesAsked())
     ends = np.array(np.meshgrid(*given.limits)).reshape(len(given.inputs), -1).T
     rows = np.concatenate([np.repeat(ends, 40, axis=0), given.chains(np.random.default_rng(1), 400)[0]])
     steps = LibrarySteps(given)
@@ -71,6 +72,32 @@ def test_numbers_in_range_give_numbers(name):
         huge[2 * k : 2 * k + 2, k] = -1e308, np.inf
     assert (steps.take(huge, np.zeros(len(huge), dtype=bool)).codes == -1).all()
     assert np.array_equal(steps.state, kept, equal_nan=True)
+
+
+def late_bead(charge):
+    return weldbead.plan(weldbead.preset("P1").replace(lateness_charge=charge), tolerance=None, nodes=41)
+
+
+@pytest.mark.parametrize(
+    ("charge", "low"), [(None, 0.0), (sdp.Linear(0.1), -1e9), (sdp.Quadratic(0.01), -1e9)]
+)
+def test_late_times_that_are_stated_have_an_answer(charge, low):
+    """From the stated low end on each time has one, or, where the meaning says so, each whole stage."""
+    plan = late_bead(charge)
+    given = recipe_of(plan, TablesAsked())
+    lowest = plan.table.countdown.lowest * 2.0
+    assert given.limits[1] == (low, 60.0)
+    whole, told = lowest < 0.0, given.meanings["time_left"]
+    assert ("< 0: late" in told) == (low < 0.0)
+    assert ("whole stages of 2 s" in told) == whole
+    times = np.arange(max(low, -50.0), 60.0, 2.0 if whole else 0.25)
+    codes = [given.step(np.zeros(1), *given.law, 1.0, time, np.empty(4)) for time in times]
+    assert min(codes) >= 0
+    if charge is None:
+        with pytest.raises(ValueError, match="time_left"):
+            plan.action(1.0, -1.0)
+    edge = np.array([[1.0, low], [1.0, np.nextafter(low, -2e9)]])
+    assert given.usable(edge).tolist() == [True, False]
 
 
 @gcc

@@ -10,6 +10,7 @@ from sdpgrind.codegen import Recipe, TablesAsked
 from sdpgrind.sdp._policy import exported_kernels as kernels
 from sdpgrind.sdp._policy.small_choice import small_tables
 from sdpgrind.sdp._policy.small_tables import Codes
+from sdpgrind.sdp._policy.stage_told import stage_told
 from sdpgrind.sdp._policy.table import Solution
 
 _TOLD = {
@@ -17,7 +18,7 @@ _TOLD = {
     "value": "expected penalty-to-go; NaN beyond an edge at which the process ends, and late where the plan"
     " keeps no stage of its own",
 }
-_ANY = 1e9  # chosen: in the unit of an axis or of stages; beyond what any is used for
+_ANY = 1e9  # chosen: in the unit of an axis; beyond what any is used for
 _BEYOND = 0.05  # chosen: share of an axis by which states of the self-test lie outside
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 _TABLES = {
@@ -116,8 +117,8 @@ def _ranges(policy: Solution, inputs: dict[str, str]) -> dict[str, tuple[float, 
     """Values of inputs that have an answer; the look-up refuses others within them."""
     found = dict(zip(inputs, _extents(policy), strict=True))
     layout = policy.layout
-    if not layout.endless and policy.countdown.has_base:
-        found[layout.stage_name] = -_ANY, found[layout.stage_name][1]
+    if not layout.endless:
+        found[layout.stage_name] = stage_told(policy)[0]
     for axis in layout.axes:
         low, high = found[axis.name]
         found[axis.name] = low if axis.below == "refuse" else -_ANY, high if axis.above == "refuse" else _ANY

@@ -9,13 +9,13 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe
+from sdpgrind.sdp.kernels import stage_told
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._look_up_kernels import next_pass_at
 
 _OUTPUTS = {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "gap": "$"}
 _MEANINGS = {
     "height": "mean height of the bead above the base, mm to be ground off; < 0: ground into the base",
-    "time_left": "time to the deadline; < 0: late",
     "duration": "time of the next pass; 0 with the status stop",
     "feed_rate": "feed along the bead of the next pass; NaN with the status stop",
     "normal_force": "force of the disc onto the bead of the next pass; NaN with the status stop",
@@ -35,7 +35,7 @@ _TABLES = {
     "durations": "duration of each move, s",
     "feeds": "feed of each move, mm/s",
 }
-_LEAST = -1e9  # chosen: mm, s; below the table grinding stops, late is late
+_LEAST = -1e9  # chosen: mm; below the table grinding stops
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 
 
@@ -49,6 +49,7 @@ def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe
             " that changes within a cell",
             repr(policy),
         )
+    times, late = stage_told(policy.table)
     law = (*single.arrays, np.array(durations), np.array(feeds))
     return Recipe(
         "bead",
@@ -58,9 +59,9 @@ def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe
         law=law,
         ranges={
             "height": (_LEAST, float(policy.table.layout.axes[0].high)),
-            "time_left": (_LEAST, float(problem.horizon)),
+            "time_left": times,
         },
-        meanings=_MEANINGS,
+        meanings={**_MEANINGS, "time_left": "; ".join(filter(None, ["time to the deadline", late]))},
         tables=_TABLES,
         status=("next pass", "stop"),
         equations="Brown (2012): expected penalty-to-go by dynamic programming; the action of the table.",
