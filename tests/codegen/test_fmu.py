@@ -173,7 +173,7 @@ def test_an_input_out_of_range_leaves_the_state(unit, wrong):
     one.slave.setReal([one.references["weight"]], [wrong])
     with pytest.raises(FMICallException):
         one.advance()
-    refused(one, "inputs must be finite and within their range")
+    refused(one, "inputs must be as their meanings say, finite and within their range")
     assert (one.state() == before).all() and (one.outputs() == shown).all()
     one.stepped((2.0, 1.0))
 
