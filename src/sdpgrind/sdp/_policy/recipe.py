@@ -8,6 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe, TablesAsked
 from sdpgrind.sdp._policy import exported_kernels as kernels
+from sdpgrind.sdp._policy.meanings import meanings_of
 from sdpgrind.sdp._policy.small_choice import small_tables
 from sdpgrind.sdp._policy.small_tables import Codes
 from sdpgrind.sdp._policy.stage_told import stage_told
@@ -19,6 +20,7 @@ _TOLD = {
     " keeps no stage of its own",
 }
 _ANY = 1e9  # chosen: in the unit of an axis; beyond what any is used for
+_UNKNOWN = "unit of the plan"  # derived: `sdp.Move` has none for its controls
 _BEYOND = 0.05  # chosen: share of an axis by which states of the self-test lie outside
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 _TABLES = {
@@ -63,11 +65,11 @@ def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
         "policy",
         step,
         inputs,
-        {**dict.fromkeys(controls, ""), **dict.fromkeys(told, "$")},
+        {**dict.fromkeys(controls, _UNKNOWN), **dict.fromkeys(told, "$")},
         law=(*small.law, lists, level, codes.stops, *before),
         after=(0.0,) * (3 - len(layout.axes)),
         ranges=_ranges(policy, inputs),
-        meanings={name: _TOLD[name] for name in told},
+        meanings=meanings_of(policy, list(inputs), controls) | {name: _TOLD[name] for name in told},
         tables=_TABLES,
         status=(*layout.stops, *(move.name for move in layout.moves)),
         equations="expected penalty-to-go by dynamic programming; the action of the table.",
@@ -82,15 +84,26 @@ def _inputs(policy: Any) -> dict[str, str]:
     """Names and units: mode, if there are several, stage coordinate, axes."""
     layout = policy.layout
     several = len(layout.modes) > 1
-    if policy.single is None or policy.bent.any() or (several and layout.endless):
-        rule = (
-            "a policy of a table of one to three axes, without a stop whose charge is bent within a cell,"
-            " and without modes where there is no deadline"
-        )
-        raise checks.refuse("thing", rule, repr(policy))
+    _check(policy, several)
     modes = {"mode": ""} if several else {}
     stage = {} if layout.endless else {layout.stage_name: layout.stage_unit}
     return {**modes, **stage, **{axis.name: axis.unit for axis in layout.axes}}
+
+
+def _check(policy: Any, several: bool) -> None:
+    """Refuse what the look-up in C does not know; name the condition that fails."""
+    if policy.single is None:
+        raise checks.refuse("thing", "a policy of one to three axes", len(policy.layout.axes))
+    if policy.bent.any():
+        rule = (
+            "a policy of one axis with 'stop' at an end whose stop is charged along straight lines between"
+            " nodes (sdp.Linear, sdp.Constant): that of its stop is bent within cells in which it may stop"
+        )
+        sides = {side: getattr(policy.layout.edge_charge, side) for side in ("under", "over")}
+        told = ", ".join(f"{side} {type(one).__name__}" for side, one in sides.items())
+        raise checks.refuse("thing", rule, told)
+    if several and policy.layout.endless:
+        raise checks.refuse("thing", "a policy of one mode, where there is no deadline", policy.layout.modes)
 
 
 def _listed(policy: Any, codes: Codes, controls: list[str]) -> tuple[Floats, Any]:

@@ -41,14 +41,7 @@ _ROUNDS = 2  # chosen: states in each cell in which the action changes
 
 def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe:
     """Return what is exported of a `SequencePolicy`, in mm, s, N and $."""
-    single, problem = policy.table.single, policy.problem
-    if single is None or problem.finish_charge is not None or policy.table.bent.any():
-        raise checks.refuse(
-            "thing",
-            "a policy of a table in height and time left, without a charge for the finish or for the height"
-            " that changes within a cell",
-            repr(policy),
-        )
+    single, problem = _check(policy), policy.problem
     times, late = stage_told(policy.table)
     law = (*single.arrays, np.array(durations), np.array(feeds))
     return Recipe(
@@ -76,6 +69,21 @@ def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe
         reports={"penalty": "$", "mean_cut": "mm", "gap": "$"},
         commands={"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""},
     )
+
+
+def _check(policy: Any) -> Any:
+    """Return the look-up of single states; refuse what it does not know by the condition that fails."""
+    single = policy.table.single
+    rules = {
+        "a policy of a table in height and time left": single is None,
+        "a policy without a charge for the finish": policy.problem.finish_charge is not None,
+        "a policy whose charge for the height is straight between nodes (sdp.Linear, sdp.Constant): that of"
+        " this one is bent within cells in which grinding may stop": policy.table.bent.any(),
+    }
+    for rule, failed in rules.items():
+        if failed:
+            raise checks.refuse("thing", rule, policy)
+    return single
 
 
 def _command(status: int, found: dict[str, float]) -> dict[str, Any]:
