@@ -12,11 +12,28 @@ from sdpgrind import units
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._branches import choose_branches
 from sdpgrind.finishing.arm._robot_presets import robot as preset
+from sdpgrind.finishing.arm._serial import SerialRobot
 from sdpgrind.finishing.arm._tool import tool_poses
 from sdpgrind.finishing.surface._presets import nominal_surface
 
 BAR = 2.0  # us a pose
 BRANCHES_BAR = 3.0  # us a pose, all eight branches of a serial robot
+NUMERIC_BAR = 100.0  # us a pose, all eight branches of a calibrated one
+DEVIATIONS = np.array(
+    [2e-3, 1.0, 1.0, 2e-3]
+)  # of each entry of a Denavit-Hartenberg row at most: rad, mm, mm, rad
+QUARTER = np.pi / 2
+NOMINAL = {
+    "ur10": [
+        (0, 127.3, 0, QUARTER), (0, 0, -612.0, 0), (0, 0, -572.3, 0), (0, 163.941, 0, QUARTER),
+        (0, 115.7, 0, -QUARTER), (0, 92.2, 0, 0),
+    ],
+    "irb2400": [
+        (0, 615.0, 100.0, -QUARTER), (-QUARTER, 0, 705.0, 0), (0, 0, 135.0, -QUARTER), (0, 755.0, 0, QUARTER),
+        (0, 0, 0, -QUARTER), (0, 85.0, 0, 0),
+    ],
+}  # fmt: skip
+"""Denavit-Hartenberg rows (theta, d, a, alpha; rad, mm) of the presets."""
 WIDE = 3000.0  # mm
 
 
@@ -133,6 +150,34 @@ def serial(times: int, count: int) -> None:
         )
 
 
+def calibrated(times: int, count: int) -> None:
+    """All branches of calibrated robots: poses of joints whose sines are 0.05 away from singular sets."""
+    limits = {"position_min": [-3.2] * 6, "position_max": [3.2] * 6, "speed_max": [3.0] * 6}
+    for name, rows in NOMINAL.items():
+        rng = np.random.default_rng(0)
+        made = [np.array(rows), np.array(rows) + rng.uniform(-1, 1, (6, 4)) * DEVIATIONS]
+        nominal, robot = (SerialRobot.from_dh(each, **limits, acceleration_max=[10.0] * 6) for each in made)
+        joints = rng.uniform(-np.pi, np.pi, (4 * count, 6))
+        joints = joints[np.min(list(nominal.singularities(joints).values()), axis=0) > np.sin(0.05)][:count]
+        poses = robot.forward(joints)
+        found = robot.solutions(poses)
+        print(
+            f"\n## {name}, calibrated, {count} random poses\n| what | ms | us a pose | bar |\n|---|---|---|---|"
+        )
+        took = median(lambda r=robot, p=poses: r.solutions(p), times)
+        told("inverse, all eight branches, numeric", took, count, NUMERIC_BAR)
+        there, expected = ~np.isnan(found[..., 0]), nominal.solutions(poses)
+        asked = ~np.isnan(expected[..., 0])
+        asked[asked] = np.min(list(nominal.singularities(expected[asked]).values()), axis=0) > np.sin(0.05)
+        reached = robot.forward(found[there]) - np.broadcast_to(poses[:, None], (*there.shape, 4, 4))[there]
+        apart = np.abs(np.mod(found - joints[:, None] + np.pi, 2 * np.pi) - np.pi).max(axis=2)
+        print(
+            f"\nForward of inverse: {np.linalg.norm(reached[:, :3, 3], axis=1).max():.1e} mm; own joints"
+            f" {np.nanmin(apart, axis=1).max():.1e} rad; of {asked.sum()} branches of the nominal robot"
+            f" {(asked & ~there).sum()} are beyond this one's reach or lost."
+        )
+
+
 def choices(times: int) -> None:
     print("\n## Branches and wrist radii on a path\n| runs | poses | pairs | ms |\n|---|---|---|---|")
     arm = Arm.generic()
@@ -150,6 +195,7 @@ def main() -> None:
     given = parser.parse_args()
     kinematics(given.times, given.poses)
     serial(given.times, given.poses)
+    calibrated(given.times, min(given.poses, 10_000))
     choices(given.times)
 
 

@@ -124,6 +124,38 @@ def placed(text):
     return text
 
 
+def swept():
+    """Sheets and a solid whose faces are profiles moved along a line or turned around an axis."""
+    occ = gmsh.model.occ
+    wave = points((0, 0, 0), (10, 0, 6), (20, 0, -3), (30, 0, 4), (40, 0, 0))
+    cut(sheet(occ.extrude([(1, occ.addBSpline(wave))], 3, 30, 0)), occ.addCylinder(20, 15, -20, 0, 0, 40, 5))
+    write("extruded_hole")
+    foot = occ.addPlaneSurface([occ.addWire([occ.addEllipse(0, 0, 0, 12, 7)])])
+    block = next(tag for kind, tag in occ.extrude([(2, foot)], 0, 0, 20) if kind == 3)
+    occ.cut([(3, block)], [(3, occ.addBox(5, -3, 5, 20, 6, 8))])
+    write("ellipse_notch")
+    vase = occ.addBSpline(points((12, 0, 0), (16, 0, 10), (9, 0, 20), (13, 0, 30)))
+    cut(sheet(turned(vase, 2 * np.pi)), occ.addCylinder(0, 0, 15, 20, 20, 0, 4))
+    write("revolved_hole")
+    turned(occ.addBSpline(points((0, 0, 0), (8, 0, 0.5), (14, 0, 6), (15, 0, 15))), 2 * np.pi)
+    write("bowl")
+    turned(occ.addEllipse(20, 0, 0, 6, 3, angle1=0.3, angle2=2.5, zAxis=[0, 1, 0], xAxis=[1, 0, 0]), 2.0)
+    write("ellipse_ring")
+
+
+def points(*places):
+    return [gmsh.model.occ.addPoint(*place) for place in places]
+
+
+def sheet(found):
+    return next(tag for kind, tag in found if kind == 2)
+
+
+def turned(curve, angle):
+    """Turn a curve around the z axis."""
+    return gmsh.model.occ.revolve([(1, curve)], 0, 0, 0, 0, 0, 1, angle)
+
+
 def main():
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
@@ -176,6 +208,7 @@ def main():
         occ.addCone(0, 0, 0, 0, 0, 10, 8, 3),
     )
     write("assembly", change=placed)
+    swept()
     gmsh.finalize()
 
 

@@ -254,10 +254,6 @@ def test_a_table_has_the_same_error_in_a_turned_work():
 def test_where_no_branch_serves():
     problem = PROBLEMS["ur10"]
     with pytest.raises(
-        ValueError, match=r"placement must be given for a robot without a table: x, y, z \(mm\)"
-    ):
-        finishing.plan(problem.replace(placement=None))
-    with pytest.raises(
         ValueError,
         match=r"the robot must reach the path: try another placement or azimuth \(now 0 rad\) \(no branch is within limits;"
         r" nearest comes branch \d: poses\[0\] is out of reach by \d+\.?\d* mm",

@@ -81,17 +81,17 @@ def test_a_pose_needs_six_joints():
 
 
 def test_without_a_closed_form_the_axes_are_named(tmp_path):
-    """A calibrated robot: a vendor's calibration tilts axes by some 1e-3 rad and moves them by tenths of a mm."""
+    """Axes off by more than a calibration leaves: 5e-3 rad, 5 mm; what is off by less is not named."""
     rows = [list(row) for row in ROWS]
-    rows[1][3], rows[4][2] = 1e-3, 0.2
-    calibrated = finishing.SerialRobot.from_dh(rows, **LIMITS)
+    rows[1][3], rows[4][2], rows[2][3] = 6e-3, 8.0, 1e-3
+    crooked = finishing.SerialRobot.from_dh(rows, **LIMITS)
     with pytest.raises(
         ValueError,
-        match=r"robot must have a spherical wrist \(axes 2, 3 must be parallel, off by 0.001 rad; axes 4, 5, 6 must meet in a"
-        r" point, off by .* mm\), or axes 2, 3, 4 parallel \(axes 2, 3 must be parallel, off by 0.001 rad; axes 5, 6 must"
-        r" meet in a point, off by 0.2 mm\)",
+        match=r"robot must have, to 0.005 rad and 5 mm, a spherical wrist \(axes 2, 3 must be parallel, off by 0.006 rad; axes 4, 5, 6 must meet in a"
+        r" point, off by .* mm\), or axes 2, 3, 4 parallel \(axes 2, 3 must be parallel, off by 0.006 rad; axes 5, 6 must"
+        r" meet in a point, off by 8 mm\)",
     ):
-        finishing.FinishingProblem(finishing.preset("specimen").path, robot=calibrated)
+        finishing.FinishingProblem(finishing.preset("specimen").path, robot=crooked)
     with pytest.raises(
         ValueError, match=r"six turning joints for an inverse in closed form; got j1 that slides"
     ):

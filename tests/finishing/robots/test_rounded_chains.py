@@ -74,8 +74,8 @@ def test_a_motion_of_a_rounded_robot_keeps_its_points(tmp_path):
     np.testing.assert_allclose(poses, motion.poses[::20], rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize(("form", "quarter"), [(form, "1.5715") for form in FORMS])
+@pytest.mark.parametrize(("form", "quarter"), [(form, "1.5768") for form in FORMS])
 def test_a_robot_that_is_crooked_is_still_refused(tmp_path, form, quarter):
     robot = read(tmp_path, joints_of(form, quarter))
-    with pytest.raises(ValueError, match=r"axes 1, 2 must be perpendicular, off by 0\.0007"):
+    with pytest.raises(ValueError, match=r"axes 1, 2 must be perpendicular, off by 0\.006"):
         _ = robot.closed_form

@@ -274,6 +274,18 @@ def test_points_that_are_no_sheet(shape, noise):
         Surface.fit(points)
 
 
+@pytest.mark.parametrize("noise", [0.03, 0.1])
+@pytest.mark.parametrize("jitter", [0.0, 0.005])
+def test_scan_lines_with_noise_are_no_walls(noise, jitter):
+    """Ten times denser along the lines than across: points near to each other are those of one line."""
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(0, 41, 2.0), np.arange(0, 25, 0.2)))
+    wave, rng = 2 * np.sin(x / 12) * np.cos(y / 15), np.random.default_rng(3)
+    points = np.stack(
+        [x + jitter * rng.normal(size=x.size), y, wave + noise * rng.normal(size=x.size)], axis=1
+    )
+    assert Surface.fit(points).fit.rms == pytest.approx(noise, rel=0.1)
+
+
 def test_a_surface_that_folds_is_seen_at_its_normals():
     """A fold of few points escapes the first look."""
     x = np.array([0.0, 10.0, 21.0, 19.0, 30.0, 40.0])

@@ -5,7 +5,7 @@ from typing import Protocol
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.arm._closed_form import ClosedForm, Screws, closed_form
+from sdpgrind.finishing.arm._closed_form import MOVED, TILTED, ClosedForm, Screws, closed_form
 from sdpgrind.finishing.arm._robot import Robot, numeric_jacobian
 
 
@@ -31,7 +31,9 @@ def form_of(robot: SerialChain) -> ClosedForm | str:
         points.append(here[:3, 3])
         here = here @ link
     found = closed_form(Screws(np.array(directions), np.array(points), here))
-    return found if isinstance(found, ClosedForm) else f"robot must have {found}"
+    if isinstance(found, ClosedForm):
+        return found
+    return f"robot must have, to {TILTED:g} rad and {MOVED:g} mm, {found}"
 
 
 def _other_joints(robot: SerialChain) -> str:

@@ -2,18 +2,22 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _serial_kernels as kernels
+from sdpgrind.finishing.arm._links import row
 
 # rad, mm; chosen: a robot that is off by less reaches a pose to 1e-6 mm at 1 m
 CROOKED, APART = 1e-9, 1e-6
 # rad, mm; chosen: what angles of four decimals (1.5708) leave at two joints and a link of 1 m; solutions are
 # polished on the chain itself then
 ROUNDED, SHIFTED = 2e-4, 0.2
+# rad, mm; chosen: twice what calibrations by 2 mrad and 1 mm in each entry leave; solutions are numeric then
+TILTED, MOVED = 5e-3, 5.0
+WIDER = 30.0  # mm, chosen: thrice what calibrations by 2 mrad and 1 mm in each entry move an arm of 1 m
 SHORTEST = 1e-3  # mm, chosen: a shorter link makes no elbow
 
 
@@ -30,7 +34,8 @@ class ClosedForm(NamedTuple):
 
     Angles are ``zeros + signs * joints``; `lengths` are a1, a2, a3, a4, e, d5, mm; a pose of the flange is
     ``before^-1 @ inner @ behind^-1``; `crooked` turns the frame of link 3 into that of the wrist. `near`: the
-    axes keep the rules but for the rounding of a file, so the constants are those of a robot nearby.
+    axes keep the rules but for the rounding of a file, or, `calibrated`, but for a calibration, so the
+    constants are those of a robot nearby.
     """
 
     wrist: bool
@@ -41,6 +46,7 @@ class ClosedForm(NamedTuple):
     zeros: Floats
     signs: Floats
     near: bool = False
+    calibrated: bool = False
 
     @property
     def reach(self) -> float:
@@ -56,6 +62,36 @@ class ClosedForm(NamedTuple):
             middle, out, beyond,
         )  # fmt: skip
         return out, beyond
+
+    def links(self) -> Floats:
+        """Links (7, 4, 4) of the robot that has this form, mm; see `_serial_kernels` for its frames."""
+        a1, a2, a3, a4, offset, d5 = self.lengths
+        up = row(0.0, 0.0, 0.0, math.pi / 2)
+        third = row(0.0, offset, a3, 0.0)
+        if self.wrist:
+            third[:3, :3] = self.crooked.T
+        fourth = up if self.wrist else row(0.0, 0.0, a4, math.pi / 2) @ row(0.0, d5, 0.0, 0.0)
+        after = [
+            inverted(self.before), row(0.0, 0.0, a1, math.pi / 2), row(0.0, 0.0, a2, 0.0), third, fourth,
+            up.T, inverted(self.behind),
+        ]  # fmt: skip
+        for k, (zero, sign) in enumerate(zip(self.zeros, self.signs, strict=True)):
+            flip = np.diag([1.0, sign, sign, 1.0])  # Rz(zero + sign q) = Rz(zero) flip Rz(q) flip
+            after[k], after[k + 1] = after[k] @ row(zero, 0.0, 0.0, 0.0) @ flip, flip @ after[k + 1]
+        return np.stack(after)
+
+    def farther(self) -> tuple[Self, Self]:
+        """Forms that reach farther, out and in; in the second axis 2 is nearer to axis 1, too.
+
+        So both elbows have a start, on their sides of the straight arm, where only the chain itself reaches.
+        """
+        a1, a2, a3, a4, offset, d5 = self.lengths
+        apart = min(WIDER, abs(a2 - a3))  # the shorter link grows by this, and then both
+        both = (WIDER - apart) / 2
+        second, third = (apart, 0.0) if a2 < a3 else (0.0, apart)
+        out = self._replace(lengths=(a1, a2 + both + second, a3 + both + third, a4, offset, d5))
+        across = math.copysign(max(0.0, abs(offset) - WIDER), offset)
+        return out, out._replace(lengths=(*out.lengths[:4], across, d5))
 
     def singularities(self, joints: Floats) -> dict[str, Floats]:
         """Factors of the determinant of the Jacobian, unit 1: rho over the reach, |sin 3|, |sin 5|."""
@@ -86,32 +122,27 @@ class _Rule(NamedTuple):
     def kept(self) -> bool:
         return self.off <= (CROOKED if self.unit == "rad" else APART)
 
-    @property
-    def nearly(self) -> bool:
-        """Whether it is kept but for the rounding of a file."""
-        return self.kept or (not self.exact and self.off <= (ROUNDED if self.unit == "rad" else SHIFTED))
+    def within(self, angle: float, length: float) -> bool:
+        """Whether it is kept to an angle, rad, or a length, mm."""
+        return self.kept or (not self.exact and self.off <= (angle if self.unit == "rad" else length))
 
 
 def closed_form(screws: Screws) -> ClosedForm | str:
     """Return the closed form of six axes, or the sentence that tells what breaks both."""
     wrist, parallel = _wrist_rules(screws), _parallel_rules(screws)
-    if all(rule.kept for rule in wrist):
-        return _of_wrist(screws)
-    if all(rule.kept for rule in parallel):
-        return _of_parallel(screws)
-    if all(rule.nearly for rule in wrist):
-        return _of_wrist(screws)._replace(near=True)
-    if all(rule.nearly for rule in parallel):
-        return _of_parallel(screws)._replace(near=True)
+    for angle, length in ((CROOKED, APART), (ROUNDED, SHIFTED), (TILTED, MOVED)):
+        for rules, of in ((wrist, _of_wrist), (parallel, _of_parallel)):
+            if all(rule.within(angle, length) for rule in rules):
+                return of(screws)._replace(near=angle > CROOKED, calibrated=angle > ROUNDED)
     return f"a spherical wrist ({_told(wrist)}), or axes 2, 3, 4 parallel ({_told(parallel)})"
 
 
 def _told(rules: Sequence[_Rule]) -> str:
-    """Sentence on the broken rules."""
+    """Sentence on the rules that are broken by more than a calibration."""
     broken = [
         f"axes {', '.join(map(str, rule.axes))} must {rule.words}, off by {rule.off:.3g} {rule.unit}"
         for rule in rules
-        if not rule.kept
+        if not rule.within(TILTED, MOVED)
     ]
     return "; ".join(broken)
 

@@ -28,10 +28,10 @@ def of_rows(rows: npt.ArrayLike) -> Floats:
     for k, (theta, _, _, alpha) in enumerate(array.tolist()):
         shown_angle(f"offset of theta in rows[{k}]", theta)
         shown_angle(f"alpha in rows[{k}]", alpha)
-    return np.stack([np.eye(4), *(_row(*row) for row in array.tolist())])
+    return np.stack([np.eye(4), *(row(*each) for each in array.tolist())])
 
 
-def _row(theta: float, d: float, a: float, alpha: float) -> Floats:
+def row(theta: float, d: float, a: float, alpha: float) -> Floats:
     """Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
     c, s, ca, sa = _cosine(theta), _sine(theta), _cosine(alpha), _sine(alpha)
     return np.array(

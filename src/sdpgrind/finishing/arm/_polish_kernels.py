@@ -16,6 +16,8 @@ LEVER = 100.0  # mm a rad, chosen: weight of rotations against translations
 STEPS = 30  # chosen: from 1e-4 rad away three serve, more only at singular poses
 DONE = 1e-11  # mm, and rad times the lever; chosen: rounding of lengths of some 100 mm
 DAMPING = 1e-3  # chosen: of the squared error, first
+NEAR = 50.0  # mm, and rad times the lever; chosen: a step from pose to pose along a path
+SAME = 1e-6  # rad, mm; chosen: joints that differ by less are one solution
 MOST = 1e9  # chosen: damping at which no step helps
 
 
@@ -109,20 +111,65 @@ def _polished(links, sliding, target, joints, room):
     return left
 
 
-@compiled(error_model="numpy")
-def polish(links, sliding, poses, joints, left):
-    """Improve joints (m, b, n) of poses (m, 4, 4) in place; `left` (m, b): what is left, mm, NaN of NaN."""
-    count = joints.shape[2]
-    room = (
+@compiled
+def _room(count):
+    """Arrays that `_polished` works in, for so many joints."""
+    return (
         np.empty((1, 4, 4)), np.empty((1, 6, count)), np.empty(6), np.empty((1, count)), np.empty((7, 6)),
         np.empty(count),
     )  # fmt: skip
-    one = np.empty((1, count))
+
+
+@compiled
+def _twin(found, joints, sliding):
+    """Index among those found (b, n) of the same joints (n,), whole turns aside; -1: none."""
+    turn = 2 * math.pi
+    for b in range(len(found)):
+        off = 0.0
+        for k in range(len(joints)):
+            move = found[b, k] - joints[k]
+            if not sliding[k]:
+                move -= turn * math.floor(move / turn + 0.5)
+            off = max(off, abs(move)) if not math.isnan(move) else math.inf
+        if off < SAME:
+            return b
+    return -1
+
+
+@compiled(error_model="numpy")
+def polish(links, sliding, poses, starts, joints, left, good, first):
+    """Fill branches of joints (m, b, n) that are NaN, from starts; `left` (m, b): what is left, mm.
+
+    What is reached to `good`, mm, is kept. Of two that end as one none is kept at first, later the one found.
+    """
+    room, one = _room(joints.shape[2]), np.empty((1, joints.shape[2]))
     for i in range(joints.shape[0]):
         for b in range(joints.shape[1]):
-            left[i, b] = np.nan
-            if math.isnan(joints[i, b, 0]):
+            if math.isnan(starts[i, b, 0]) or not math.isnan(joints[i, b, 0]):
                 continue
-            one[0, :] = joints[i, b]
+            one[0, :] = starts[i, b]
             left[i, b] = _polished(links, sliding, poses[i], one, room)
-            joints[i, b] = one[0]
+            if left[i, b] > good:
+                continue
+            twin = _twin(joints[i], one[0], sliding)
+            if twin < 0:
+                joints[i, b] = one[0]
+            elif first:
+                joints[i, twin] = np.nan
+
+
+@compiled(error_model="numpy")
+def pursue(links, sliding, poses, joints, left, good):
+    """Fill branches that are NaN from their joints at the pose before, where that is near; see `polish`."""
+    room, one = _room(joints.shape[2]), np.empty((1, joints.shape[2]))
+    for i in range(1, joints.shape[0]):
+        for b in range(joints.shape[1]):
+            if not math.isnan(joints[i, b, 0]) or math.isnan(joints[i - 1, b, 0]):
+                continue
+            one[0, :] = joints[i - 1, b]
+            forward(links, sliding, one, room[0])
+            if _error(room[0][0], poses[i], room[2]) > NEAR:
+                continue
+            left[i, b] = _polished(links, sliding, poses[i], one, room)
+            if left[i, b] <= good and _twin(joints[i], one[0], sliding) < 0:
+                joints[i, b] = one[0]

@@ -28,7 +28,7 @@ from sdpgrind.finishing.arm._chain_checks import (
 from sdpgrind.finishing.arm._chain_form import form_of
 from sdpgrind.finishing.arm._closed_form import ClosedForm, inverted
 from sdpgrind.finishing.arm._inverse import checked_poses
-from sdpgrind.finishing.arm._polish import polish
+from sdpgrind.finishing.arm._polish import solve_near
 from sdpgrind.finishing.arm._robot import Redundancy, middle
 from sdpgrind.finishing.arm._urdf import read_chain
 
@@ -40,7 +40,8 @@ class SerialRobot(ByValue, Described):
     The chain is ``links[0] J_1 links[1] ... J_n links[n] tool``; J_i is a turn about z by joint i, or a shift
     along z. `from_dh` and `from_urdf` make it. Poses, Jacobian and limits are those of any such chain. To
     plan with it, its inverse must have a closed form, which is found from the axes of its joints: a spherical
-    wrist (axes 4, 5, 6 meet in a point; axes 2 and 3 are parallel), or axes 2, 3, 4 parallel (UR).
+    wrist (axes 4, 5, 6 meet in a point; axes 2 and 3 are parallel), or axes 2, 3, 4 parallel (UR); or they
+    are as near to one as a calibration leaves them, and the inverse is numeric.
 
     Parameters
     ----------
@@ -316,18 +317,48 @@ class SerialRobot(ByValue, Described):
         """Closed form of the inverse: "spherical wrist" or "axes 2, 3, 4 parallel".
 
         "near ..." of a robot whose axes keep that to 2e-4 rad and 0.2 mm, as files with few decimals leave
-        them: solutions of the robot nearby are polished on its own chain.
+        them; "..., calibrated: numeric" to 5e-3 rad and 5 mm, as calibrations leave them. Solutions of the
+        robot nearby, `nearest_closed_form`, are polished on the robot's own chain then.
 
         Raises
         ------
         ValueError
-            When the robot has none, with the axes that break both (off by mm, rad).
+            When the robot is near none, with the axes that break both (off by mm, rad).
         """
         form = self._inverse()
-        return ("near " if form.near else "") + ("spherical wrist" if form.wrist else "axes 2, 3, 4 parallel")
+        name = "spherical wrist" if form.wrist else "axes 2, 3, 4 parallel"
+        if form.calibrated:
+            return f"{name}, calibrated: numeric"
+        return f"near {name}" if form.near else name
+
+    @property
+    def nearest_closed_form(self) -> Self:
+        """Robot in closed form whose axes (rad) and lengths (mm) are next to this one's.
+
+        Its pose at joints of zero is this one's. Names, limits and tool are kept. A robot that has a closed
+        form is its own.
+
+        Raises
+        ------
+        ValueError
+            When the robot is near none, with the axes that break both.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from sdpgrind import finishing
+        >>> links = finishing.robot("ur10").links.copy()
+        >>> links[2, :3, 3] += [0.4, -0.3, 0.5]  # mm
+        >>> links[5, :3, 3] += [0.2, 0.6, -0.7]
+        >>> robot = finishing.robot("ur10").replace(links=links)
+        >>> robot.closed_form, robot.nearest_closed_form.closed_form
+        ('axes 2, 3, 4 parallel, calibrated: numeric', 'axes 2, 3, 4 parallel')
+        """
+        form = self._inverse()
+        return self.replace(links=form.links()) if form.near else self
 
     def solutions(self, poses: npt.ArrayLike) -> Floats:
-        """Return the joints of all eight branches, in closed form.
+        """Return the joints of all eight branches, in closed form or from that of the robot nearby.
 
         Each angle is the turn nearest to the middle of its limits, within them or not. Branch 4 k + 2 w + e:
         k, w and e are 0 or 1 for the positive or negative shoulder (side of axis 1 on which the wrist is),
@@ -335,9 +366,12 @@ class SerialRobot(ByValue, Described):
 
         Where the sine of joint 5 is below 1e-12, joint 4 of a spherical wrist, or joint 6 of parallel axes,
         is 0 and the other takes the rest; where the wrist is within 1e-9 mm of axis 1 so is the angle of the
-        plane of the arm. Cosines up to 1 + 1e-12 are taken as rounding of 1. Where the closed form is that of
-        a robot nearby, its solutions are polished to 1e-9 mm on the chain; branches within some 0.2 mm of the
-        end of reach may be lost then.
+        plane of the arm. Cosines up to 1 + 1e-12 are taken as rounding of 1.
+
+        Where the closed form is that of a robot nearby (see `closed_form`), damped least squares take each of
+        its solutions to 1e-9 mm on the chain; a branch that is lost begins again from its joints at the pose
+        before, where that is within 50 mm (and rad times 100 mm). A branch that is still lost, or ends where
+        another does, is NaN: so may be those within some mm of the end of reach, or near singular sets.
 
         Parameters
         ----------
@@ -373,10 +407,9 @@ class SerialRobot(ByValue, Described):
         for k in np.flatnonzero(off > CROOKED)[:1]:
             check_rigid(f"poses[{k}]", given[k])
         flange = given if self._bare else np.ascontiguousarray(given @ inverted(self.tool))
-        joints, beyond = form.solve(flange, middle(self))
-        if form.near:
-            polish(self.links, self._slides, flange, joints, beyond, middle(self))
-        return joints, beyond
+        if not form.near:
+            return form.solve(flange, middle(self))
+        return solve_near(form, self.links, self._slides, flange, middle(self))
 
     @cached_property
     def _bare(self) -> bool:

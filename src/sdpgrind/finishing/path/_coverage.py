@@ -15,6 +15,7 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path._nearest import Nearest
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.surface._outline import Outline
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
 
@@ -48,11 +49,13 @@ class Edges(NamedTuple):
     """Edges of the smallest cells in u (n 2^levels + 1,) and v; the first ones are halved `levels` times.
 
     `reach` (levels + 1,): of cells of each size, the greatest distance of a corner from the middle, mm.
+    `border` of the halvings are for cells that a trimming crosses: middles in a row may lie on one side.
     """
 
     u: Floats
     v: Floats
     reach: Floats
+    border: int
 
     @property
     def levels(self) -> int:
@@ -60,12 +63,12 @@ class Edges(NamedTuple):
         return self.reach.size - 1
 
 
-def edges_of(surface: Surface, step: float, last: float) -> Edges:
-    """Edges of cells that are first no wider than `step` and at last than `last`, mm."""
-    levels = max(0, int(np.ceil(np.log2(step / last) - 1e-9)))
+def edges_of(surface: Surface, step: float, last: float, border: int = 0) -> Edges:
+    """Edges of cells that are first no wider than `step` and at last than `last`, mm; see `Edges`."""
+    levels = max(0, int(np.ceil(np.log2(step / last) - 1e-9))) + border
     u, v = (_edges(surface, side, step, levels) for side in (0, 1))
     reach = [_reach(surface, u[:: 2**k], v[:: 2**k]) for k in range(levels, -1, -1)]
-    return Edges(u, v, np.array(reach))
+    return Edges(u, v, np.array(reach), border)
 
 
 def _reach(surface: Surface, u: Floats, v: Floats) -> float:
@@ -114,8 +117,7 @@ class Coverage:
 
     def __init__(self, covered: CoveredArea, line: Nearest, radius: float, edges: Edges) -> None:
         self._covered, self._line, self._radius, self._edges = covered, line, radius, edges
-        outline = covered.patch.outline() if covered.patch is not None and covered.trimmed else ()
-        self._outline = Nearest([np.concatenate([each, each[:1]]) for each in outline]) if outline else None
+        self._outline = Outline(covered.patch) if covered.patch is not None and covered.trimmed else None
         self._inside = self._area = self._farthest = 0.0
 
     def measured(self) -> tuple[float, float]:
@@ -140,9 +142,10 @@ class Coverage:
         distance, reach = self._line.distance(point), self._edges.reach[level]
         crossed = np.zeros(held.shape, dtype=bool)
         if self._outline is not None:
-            crossed = self._outline.distance(point) <= reach
+            crossed = ~self._outline.clear(point, float(reach))
         certain = (np.abs(distance - self._radius) > reach) & ~crossed
-        decided = cells.open & (certain | (level == self._edges.levels))
+        small = level >= self._edges.levels - self._edges.border
+        decided = cells.open & (certain | (small & ~crossed) | (level == self._edges.levels))
         self._count(decided & held, distance, u, v)
         self._farthest = max(self._farthest, float(distance.max(initial=0.0, where=held)))
         bound = np.where(held | crossed, distance + reach, 0.0)

@@ -270,7 +270,7 @@ class LiftedPath(Described, ByValue):
         footprint_radius : float
             Greatest straight distance of the tool's effect from the path, mm; see `ball_footprint`.
         surface_step, path_step : float, optional
-            Width of the smallest cells of the surface, mm, cut to 1/4 of the pitch (None: 1/10 of radius),
+            Width of the smallest cells of the surface, mm, cut to 1/4 of the pitch (None: 1/40 of radius),
             and longest chord of the path, mm (None: chords leave it by 0.1 % of radius or pitch).
         """
         from sdpgrind.finishing.path._metrics import metrics

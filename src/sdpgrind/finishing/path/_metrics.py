@@ -14,10 +14,12 @@ from sdpgrind.finishing.path._nearest import Nearest
 from sdpgrind.finishing.surface._patch import Patch
 
 # chosen: smallest cells on the surface for each radius of the footprint, and for each pitch
-SURFACE_SHARE, SURFACE_PITCH = 10, 4
+SURFACE_SHARE, SURFACE_PITCH = 40, 4
+BORDER = 3  # chosen: halvings of the smallest cells where a trimming crosses them
 # chosen: distance of chords from the path, and steps that suffice, of the lesser of radius and pitch
 CHORD, FINE = 1e-3, 0.05
-SAMPLES_MAX = 30_000_000  # on the surface or the path, chosen: a minute or two
+SAMPLES_MAX = 30_000_000  # cells or chords, chosen: a minute or two
+ALONG = 8  # chosen: smallest cells along both edges of the footprint
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +49,8 @@ class PathMetrics(Frozen):
         Radius of the footprint, mm, not of the tool; see `ball_footprint`.
     surface_step, path_step : float
         Width of the smallest cells of the surface, which lie where the footprint ends and where the gap is
-        largest, mm, at most 1/4 of the pitch; longest chord of the path, mm.
+        largest, mm, at most 1/4 of the pitch (an eighth of it along a trimming); longest chord of the path,
+        mm.
 
     Examples
     --------
@@ -60,7 +63,7 @@ class PathMetrics(Frozen):
         cell areas     CV 0
         coverage       95.6 % within 0.5 mm of the path
         largest gap    1.41 mm
-        sampled by     0.05 mm on the surface, 0.025 mm on the path)
+        sampled by     0.0125 mm on the surface, 0.25 mm on the path)
     """
 
     length: float
@@ -105,12 +108,14 @@ def metrics(
     radius = checks.positive("footprint_radius", footprint_radius, "mm")
     pitch, length = path.pitch, float(sum(each.length for each in own))
     on_surface = _least(radius / SURFACE_SHARE, pitch / SURFACE_PITCH, "surface_step", surface_step)
-    _refuse_work("surface_step", on_surface, sample_count(path.surface, on_surface))
     lines, on_path = _lines(own, min(radius, pitch), path_step)
     steps = np.concatenate([np.linalg.norm(np.diff(each.points, axis=0), axis=1) for each in own])
     areas = None if len(own) > 1 or (patch is not None and patch.trim) else cell_areas(own[0])
     covered = CoveredArea(path.surface, patch)
-    edges = edges_of(path.surface, first_step(path.surface, radius, pitch, on_surface), on_surface)
+    first = first_step(path.surface, radius, pitch, on_surface)
+    cells = sample_count(path.surface, first) + ALONG * length / on_surface
+    _refuse_work("surface_step", on_surface, cells)
+    edges = edges_of(path.surface, first, on_surface, BORDER if covered.trimmed else 0)
     coverage, farthest = Coverage(covered, Nearest(lines), radius, edges).measured()
     return PathMetrics(
         length=length,

@@ -3,7 +3,8 @@
 Behind the first joint the wrist of a robot in closed form lies at (rho, z) in the plane of the arm, at the
 constant offset e across, with |(rho - a1, z)| <= a2 + a3: so it is at most hypot(|a1| + a2 + a3, e) from the
 foot of axis 2 on axis 1. With parallel axes (UR) the point where axes 5 and 6 meet is two perpendicular links
-a4 and d5 farther in that plane: hypot(a4, d5) more. No other chain reaches farther than its links are long.
+a4 and d5 farther in that plane: hypot(a4, d5) more. No other chain, nor one that is only near a closed form,
+reaches farther than its links are long.
 
 The point is fixed in the tool, so that the path tells all places of it up to the placement, which turns and
 shifts them together. In a ball of that reach fits only what has a smallest ball of no greater radius.
@@ -41,7 +42,7 @@ def reach_of(robot: Robot) -> Reach | None:
     if not isinstance(robot, SerialRobot):
         return None
     form = robot._form
-    if isinstance(form, ClosedForm):
+    if isinstance(form, ClosedForm) and not form.near:
         a1, a2, a3, a4, offset, d5 = form.lengths
         links = abs(a1) + a2 + a3 + (0.0 if form.wrist else math.hypot(a4, d5))
         point = (inverted(robot.tool) @ form.behind)[:3, 3]

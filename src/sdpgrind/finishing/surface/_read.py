@@ -51,13 +51,14 @@ def read_surfaces(
 ) -> Patches:
     """Read the faces of a STEP file as patches, or surfaces fitted to a scan, mm.
 
-    B-spline surfaces keep their control nets; planes, cylinders, cones, spheres and tori become exact
-    rational patches over the box of their loops. The loops are the edges, projected onto the surface:
-    polygons within 0.5 um of them. The file's units are converted, placements of assemblies applied; a part
-    that is there twice gives its faces twice. Offset, swept and revolved surfaces are refused. PCURVEs,
-    colours, names of parts and tolerances are not read. Each region of a
-    scan is fitted by `Surface.fit`, whose error is ``patch.fit``, and trimmed along the border of its
-    triangles.
+    B-spline surfaces keep their control nets; planes, cylinders, cones, spheres, tori, extruded and revolved
+    surfaces become exact rational patches over the box of their loops. Profiles of these are lines, circles,
+    ellipses and B-splines, trimmed or not. The loops are the edges, projected onto the surface: polygons
+    within 0.5 um of them. An edge is its curve in space, or its PCURVE where there is none that is read. The
+    file's units are converted, placements of assemblies applied; a part that is there twice gives its faces
+    twice. Offset and bounded surfaces are refused. Colours, names of parts and tolerances are not read. Each
+    region of a scan is fitted by `Surface.fit`, whose error is ``patch.fit``, and trimmed along the border
+    of its triangles.
 
     Parameters
     ----------

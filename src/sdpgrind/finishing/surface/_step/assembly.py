@@ -1,5 +1,6 @@
 """Faces of a STEP file with their placements: representations, assemblies and mapped items."""
 
+import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.measures import StepUnits, units_of
 from sdpgrind.finishing.surface._step.placements import placement
 
+_SURFACE = re.compile(r"_SURFACE$|^SURFACE_OF_")
 DEEPEST = 40  # chosen: parts within parts
 MOST = 200_000  # chosen: faces of a file with all its instances
 FACES = ("ADVANCED_FACE", "FACE_SURFACE")
@@ -164,7 +166,7 @@ def _faces(file: StepFile, item: int, depth: int = 0) -> Iterator[int]:
     members = next((each for each in types if each in _LISTS or each in _SINGLE), None)
     if depth > DEEPEST:
         raise ValueError(f"{file.name(item)} must not be a part of itself")
-    if any(each in FACES or each.endswith("_SURFACE") or each == "PLANE" for each in types):
+    if any(each in FACES or each == "PLANE" or _SURFACE.search(each) for each in types):
         yield item
     elif "BREP_WITH_VOIDS" in types:
         row = file.row(item, "BREP_WITH_VOIDS")

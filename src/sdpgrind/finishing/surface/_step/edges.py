@@ -1,20 +1,20 @@
 """Edges of a face as chains in the parameters of its surface.
 
 The 3-D edge between its vertices is projected onto the surface, in closed form or by foot points. PCURVEs of
-the file, copies of the same edge in the parameters, are not needed: they may lack ends, run another way or
-use other units of angle, the edge does not.
+the file, copies of the same edge in the parameters, may lack ends, run another way or use other units of
+angle, the edge does not: they stand in only where the file has no 3-D curve, or one of a kind not read.
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.curves import StepCurve, curve
+from sdpgrind.finishing.surface._step.curves import StepCurve, curve, is_known
 from sdpgrind.finishing.surface._step.elementary import Pole
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
+from sdpgrind.finishing.surface._step.pcurves import Carrier, FaceSurface, on_sheet, pcurve_on
 from sdpgrind.finishing.surface._step.placements import point
-from sdpgrind.finishing.surface._step.splines import SplineNet
 
 CHORD = 0.0005  # mm, chosen: a tenth of what a polygon may have, so that areas hold 1e-4 with holes of 1 mm
 ROUNDS = 12  # chosen: halvings of an interval between places
@@ -22,21 +22,6 @@ FIRST = 3  # chosen: places between two breaks of a curve, to begin with
 AWAY = 0.05  # mm, chosen: an edge that is farther from its surface is of another one
 SAME = 1e-9  # of a period or a curve's length, chosen: rounding
 POLE = 1e-7  # of the chain's extent and 1, chosen: a place at a pole
-
-
-class Carrier(Protocol):
-    """A surface whose places have parameters."""
-
-    @property
-    def periods(self) -> tuple[float | None, float | None]: ...
-    @property
-    def poles(self) -> tuple[Pole, ...]: ...
-    @property
-    def longest_step(self) -> float: ...
-    def uv(self, points: Floats) -> Floats: ...
-    def points(self, uv: Floats) -> Floats: ...
-    def net(self, box: Floats) -> SplineNet: ...
-    def parameters(self, uv: Floats, box: Floats) -> Floats: ...
 
 
 class EdgeChain(NamedTuple):
@@ -50,12 +35,13 @@ class EdgeChain(NamedTuple):
         return self._replace(uv=self.uv[::-1])
 
 
-def edge_chain(file: StepFile, oriented: int, carrier: Carrier, scale: float) -> EdgeChain | None:
+def edge_chain(file: StepFile, oriented: int, sheet: FaceSurface) -> EdgeChain | None:
     """Return the chain of an ORIENTED_EDGE, None of one that is a place."""
     use = file.row(oriented, "ORIENTED_EDGE")
     edge = file.row(use.reference(3), "EDGE_CURVE")
-    start, end = (_vertex(file, edge.reference(place), scale) for place in (1, 2))
-    along = curve(file, edge.reference(3), scale)
+    carrier = sheet.carrier
+    start, end = (_vertex(file, edge.reference(place), sheet.units.length) for place in (1, 2))
+    along = _along(file, edge.reference(3), sheet, (start, end))
     t = _interval(edge, along, start, end)
     if t[0] == t[1]:
         return None
@@ -64,6 +50,12 @@ def edge_chain(file: StepFile, oriented: int, carrier: Carrier, scale: float) ->
     if not len(found.uv):
         return None
     return found if edge.flag(4) == use.flag(4) else found.reversed()
+
+
+def _along(file: StepFile, number: int, sheet: FaceSurface, ends: tuple[Floats, Floats]) -> StepCurve:
+    """Curve of an edge: the one in space, or that on its surface where there is no other that is read."""
+    flat = None if is_known(file, number) else pcurve_on(file, number, sheet.number)
+    return curve(file, number, sheet.units.length) if flat is None else on_sheet(file, flat, sheet, ends)
 
 
 def _vertex(file: StepFile, number: int, scale: float) -> Floats:

@@ -48,6 +48,13 @@ class Arcs(NamedTuple):
         middle, half = (low + high) / 2, (high - low) / 2
         return np.asarray(middle + half * np.tan((angle - middle) / 2) / np.tan(half / 2))
 
+    def angle(self, parameters: Floats) -> Floats:
+        """Return the angles at parameters."""
+        k = np.clip(np.searchsorted(self.angles, parameters, side="right") - 1, 0, len(self.angles) - 2)
+        low, high = self.angles[k], self.angles[k + 1]
+        middle, half = (low + high) / 2, (high - low) / 2
+        return np.asarray(middle + 2 * np.arctan((parameters - middle) / half * np.tan(half / 2)))
+
 
 def arcs(low: float, high: float) -> Arcs:
     """Return the fewest arcs of at most a quarter between two angles."""
@@ -57,6 +64,30 @@ def arcs(low: float, high: float) -> Arcs:
     every = np.linspace(low, high, 2 * count + 1)
     weights = np.where(np.arange(2 * count + 1) % 2, np.cos(half), 1.0)
     return Arcs(angles, np.stack([np.cos(every), np.sin(every)], axis=-1) / weights[:, None], weights)
+
+
+RING = arcs(0.0, TURN)
+
+
+class Meaning(NamedTuple):
+    """What a parameter of the file is here: times a unit; an angle may be one of the arcs of `RING` then."""
+
+    unit: float = 1.0
+    arcs: bool = False
+
+    def from_file(self, told: Floats) -> Floats:
+        """Return the parameters here."""
+        here = np.asarray(told * self.unit)
+        turns = np.floor(here / TURN) * TURN
+        return RING.parameters(here - turns) + turns if self.arcs else here
+
+    def to_file(self, here: Floats) -> Floats:
+        """Return the parameters of the file."""
+        turns = np.floor(here / TURN) * TURN
+        return np.asarray((RING.angle(here - turns) + turns if self.arcs else here) / self.unit)
+
+
+AS_TOLD = Meaning()
 
 
 @dataclass(frozen=True)
@@ -86,6 +117,10 @@ class FlatSurface:
     def parameters(self, uv: Floats, box: Floats) -> Floats:
         """Return the parameters of the patch over a box at those of the surface."""
         return uv
+
+    def meanings(self, units: StepUnits) -> tuple[Meaning, Meaning]:
+        """Return what the file's parameters are: lengths."""
+        return Meaning(units.length), Meaning(units.length)
 
 
 @dataclass(frozen=True)
@@ -163,6 +198,10 @@ class TurnedSurface:
         (u0, v0), (u1, v1) = box
         v = arcs(v0, v1).parameters(uv[:, 1]) if self.round else uv[:, 1]
         return np.stack([arcs(u0, u1).parameters(uv[:, 0]), v], axis=-1)
+
+    def meanings(self, units: StepUnits) -> tuple[Meaning, Meaning]:
+        """Return what the file's parameters are: an angle, and an angle or a height."""
+        return Meaning(units.angle), Meaning(units.angle if self.round else units.length)
 
 
 def elementary(file: StepFile, row: StepRow, units: StepUnits) -> FlatSurface | TurnedSurface:

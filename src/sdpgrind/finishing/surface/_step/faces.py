@@ -7,13 +7,15 @@ from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._polygons import signed_area
 from sdpgrind.finishing.surface._step import elementary as simple
 from sdpgrind.finishing.surface._step.assembly import FACES, Assembly, PlacedFace
-from sdpgrind.finishing.surface._step.edges import Carrier
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 from sdpgrind.finishing.surface._step.loops import polygons
 from sdpgrind.finishing.surface._step.measures import StepUnits
+from sdpgrind.finishing.surface._step.pcurves import Carrier, FaceSurface
 from sdpgrind.finishing.surface._step.placements import moved
+from sdpgrind.finishing.surface._step.rational import CLOSE
 from sdpgrind.finishing.surface._step.sculpted import Sculpted
 from sdpgrind.finishing.surface._step.splines import IMPLICIT, net
+from sdpgrind.finishing.surface._step.swept import TYPES, ExtrudedSurface, RevolvedSurface, swept
 from sdpgrind.finishing.surface._surface import Surface
 
 WHOLE = 1e-9  # of the domain's area, chosen: a polygon that lacks no more bounds nothing
@@ -60,7 +62,7 @@ def _patch(file: StepFile, face: PlacedFace) -> Patch:
         carrier = _carrier(file, face.number, face.units)
         return Patch(_placed(carrier, _whole(file, face.number, carrier), face.motion, 1))
     carrier = _carrier(file, row.reference(2), face.units)
-    loops = polygons(file, row, carrier, face.units.length)
+    loops = polygons(file, row, FaceSurface(carrier, row.reference(2), face.units))
     box = _box(file, row, carrier, loops)
     surface = _placed(carrier, box, face.motion, 1 if row.flag(3) else -1)
     name = row.text(0) or f"#{row.number}"
@@ -79,9 +81,11 @@ def _carrier(file: StepFile, number: int, units: StepUnits) -> Carrier:
             if "line" in str(error):
                 raise
             raise ValueError(f"line {file.entity(number).line}: {file.name(number)}: {error}") from error
-    row = file.find(number, *simple.TYPES)
+    row = file.find(number, *simple.TYPES, *TYPES)
     if row is None:
         raise ValueError(f"{file.name(number)} is not read; export it as B-spline")
+    if row.type in TYPES:
+        return swept(file, row, units)
     return simple.elementary(file, row, units)
 
 
@@ -89,9 +93,11 @@ def _whole(file: StepFile, number: int, carrier: Carrier) -> Floats:
     """Domain of a surface without loops."""
     if isinstance(carrier, Sculpted):
         return carrier.domain
+    if isinstance(carrier, RevolvedSurface) and np.all(np.isfinite(carrier.domain)):
+        return carrier.domain
     poles = sorted(pole.place for pole in carrier.poles)
     (u, v), turn = carrier.periods, simple.TURN
-    if u is None or (v is None and len(poles) < 2):
+    if isinstance(carrier, ExtrudedSurface) or u is None or (v is None and len(poles) < 2):
         raise ValueError(f"{file.name(number)} must have loops that bound it")
     return np.array([[0.0, 0.0 if v else poles[0]], [turn, turn if v else poles[-1]]])
 
@@ -104,6 +110,11 @@ def _box(file: StepFile, row: StepRow, carrier: Carrier, loops: list[Floats]) ->
     box = np.stack([every.min(axis=0), every.max(axis=0)])
     if not np.all(box[1] > box[0]):
         raise row.refused("must have loops with an area")
+    around = any(
+        p is not None and w > (1 + CLOSE) * p for p, w in zip(carrier.periods, box[1] - box[0], strict=True)
+    )
+    if around and isinstance(carrier, ExtrudedSurface | RevolvedSurface):
+        raise row.refused("must not go around its surface more than once; split the face there")
     return box
 
 

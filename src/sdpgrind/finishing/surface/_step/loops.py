@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.edges import Carrier, EdgeChain, at_pole, edge_chain
+from sdpgrind.finishing.surface._step.edges import EdgeChain, at_pole, edge_chain
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
+from sdpgrind.finishing.surface._step.pcurves import Carrier, FaceSurface
 
 OPEN = 1e-3  # of the polygons' extent; source: specification, a gap that is none
 HALF = 0.5  # chosen: share of a period that a loop around the surface is off
@@ -21,10 +22,11 @@ class Chains(NamedTuple):
     turns: tuple[int, int]
 
 
-def polygons(file: StepFile, face: StepRow, carrier: Carrier, scale: float) -> list[Floats]:
+def polygons(file: StepFile, face: StepRow, sheet: FaceSurface) -> list[Floats]:
     """Return the closed polygons (n, 2) of a face in the parameters of its surface; none: all of it."""
     sense = 1 if face.flag(3) else -1
-    loops = [_loop(file, bound, carrier, scale, sense) for bound in face.references(1)]
+    carrier = sheet.carrier
+    loops = [_loop(file, bound, sheet, sense) for bound in face.references(1)]
     chains = [loop for loop in loops if loop is not None]
     around = [loop for loop in chains if any(loop.turns)]
     plain = [loop.uv for loop in chains if not any(loop.turns)]
@@ -33,19 +35,19 @@ def polygons(file: StepFile, face: StepRow, carrier: Carrier, scale: float) -> l
     return _gathered(plain, carrier)
 
 
-def _loop(file: StepFile, number: int, carrier: Carrier, scale: float, sense: int) -> Chains | None:
+def _loop(file: StepFile, number: int, sheet: FaceSurface, sense: int) -> Chains | None:
     """Return the chain of a bound; None of a loop that is a vertex, at a pole."""
     bound = file.row(number, "FACE_OUTER_BOUND", "FACE_BOUND")
     if file.find(bound.reference(1), "VERTEX_LOOP"):
         return None
     loop = file.row(bound.reference(1), "EDGE_LOOP")
-    edges = [edge_chain(file, each, carrier, scale) for each in loop.references(1)]
+    edges = [edge_chain(file, each, sheet) for each in loop.references(1)]
     chains = [each for each in edges if each is not None]
     if not chains:
         return None
     if not bound.flag(2):
         chains = [each.reversed() for each in reversed(chains)]
-    return _chained(loop, _begun(chains), carrier, sense)
+    return _chained(loop, _begun(chains), sheet.carrier, sense)
 
 
 def _begun(chains: list[EdgeChain]) -> list[EdgeChain]:

@@ -6,25 +6,26 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._step.entities import StepFile, StepRow
 
 _PARALLEL = 1e-9  # chosen: sine of an angle between axis and reference that is none
+NUMBERS = {2: "two", 3: "three"}
 
 
-def point(file: StepFile, number: int, scale: float) -> Floats:
-    """Return a CARTESIAN_POINT (3,), mm."""
+def point(file: StepFile, number: int, scale: float, size: int = 3) -> Floats:
+    """Return a CARTESIAN_POINT (3,), mm; one of `size` 2 with z = 0."""
     row = file.row(number, "CARTESIAN_POINT")
     found = row.numbers(1)
-    if found.size != 3:
-        raise row.refused(f"must have three coordinates; got {found.size}")
-    return found * scale
+    if found.size != size:
+        raise row.refused(f"must have {NUMBERS[size]} coordinates; got {found.size}")
+    return np.append(found * scale, np.zeros(3 - size))
 
 
-def direction(file: StepFile, number: int) -> Floats:
-    """Return a DIRECTION (3,) of length 1."""
+def direction(file: StepFile, number: int, size: int = 3) -> Floats:
+    """Return a DIRECTION (3,) of length 1; one of `size` 2 with z = 0."""
     row = file.row(number, "DIRECTION")
     found = row.numbers(1)
     length = float(np.linalg.norm(found))
-    if found.size != 3 or not 0.0 < length < np.inf:
-        raise row.refused("must have three ratios that are not all 0")
-    return np.asarray(found / length)
+    if found.size != size or not 0.0 < length < np.inf:
+        raise row.refused(f"must have {NUMBERS[size]} ratios that are not all 0")
+    return np.append(found / length, np.zeros(3 - size))
 
 
 def placement(file: StepFile, number: int, scale: float) -> Floats:
@@ -36,6 +37,14 @@ def placement(file: StepFile, number: int, scale: float) -> Floats:
     if beside is None and np.linalg.norm(np.cross(x, z)) < _PARALLEL:
         x = np.array([0.0, 1.0, 0.0])
     return frame(row, point(file, row.reference(1), scale), z, x)
+
+
+def placement_2d(file: StepFile, number: int) -> Floats:
+    """Return an AXIS2_PLACEMENT_2D as a rigid motion (4, 4) of a plane of parameters."""
+    row = file.row(number, "AXIS2_PLACEMENT_2D")
+    beside = row.optional_reference(2) if len(row.values) > 2 else None
+    x = np.array([1.0, 0.0, 0.0]) if beside is None else direction(file, beside, size=2)
+    return frame(row, point(file, row.reference(1), 1.0, size=2), np.array([0.0, 0.0, 1.0]), x)
 
 
 def frame(row: StepRow, origin: Floats, z: Floats, x: Floats) -> Floats:

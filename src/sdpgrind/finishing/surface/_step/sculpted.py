@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._step.elementary import Pole
+from sdpgrind.finishing.surface._step.elementary import AS_TOLD, Meaning, Pole
+from sdpgrind.finishing.surface._step.measures import StepUnits
 from sdpgrind.finishing.surface._step.splines import SplineNet
 from sdpgrind.finishing.surface._surface import Surface
 
@@ -16,6 +17,7 @@ STEPS = 40  # chosen: steps to a foot point; five are usual
 SETTLED = 1e-14  # of the domain, chosen: length of the last step
 DAMPED = 1e-12  # of the trace, chosen: keeps steps finite at a pole
 CLOSED = 1e-7  # of the surface's size, chosen: two sides are one line, or a side one place
+NEARER = 1e-9  # mm, chosen: rounding of a distance from the surface
 PLACES = 33  # chosen: places along a side for that
 
 
@@ -70,7 +72,26 @@ class Sculpted:
     def uv(self, points: Floats) -> Floats:
         """Return the parameters (n, 2) of the foot points of points (n, 3)."""
         tree, pairs = self._starts
-        uv: Floats = pairs[tree.query(points)[1]]
+        uv = self._feet(pairs[tree.query(points)[1]], points)
+        for axis, period in enumerate(self.periods):
+            at_seam = (uv[:, axis] <= self._low[axis]) | (uv[:, axis] >= self._high[axis])
+            if period is not None and at_seam.any():
+                uv[at_seam] = self._beyond(uv[at_seam], points[at_seam], axis)
+        return uv
+
+    def _beyond(self, uv: Floats, points: Floats, axis: int) -> Floats:
+        """Feet of points whose search ended at a seam, sought from its other side, too."""
+        other = uv.copy()
+        other[:, axis] = self._low[axis] + self._high[axis] - uv[:, axis]
+        other = self._feet(other, points)
+        here, there = (
+            np.linalg.norm(self.surface.point(*each.T) - points, axis=1, keepdims=True)
+            for each in (uv, other)
+        )
+        return np.where(there < here - NEARER, other, uv)
+
+    def _feet(self, uv: Floats, points: Floats) -> Floats:
+        """Parameters of the feet from those of a start, both (n, 2)."""
         for _ in range(STEPS):
             step = self._step(uv, points)
             after = np.clip(uv + step, self._low, self._high)
@@ -112,6 +133,10 @@ class Sculpted:
     def parameters(self, uv: Floats, box: Floats) -> Floats:
         """Return the parameters of the patch: those of the surface."""
         return uv
+
+    def meanings(self, units: StepUnits) -> tuple[Meaning, Meaning]:
+        """Return what the file's parameters are: those here."""
+        return AS_TOLD, AS_TOLD
 
     @property
     def domain(self) -> Floats:
