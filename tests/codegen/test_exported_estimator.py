@@ -53,6 +53,24 @@ def test_the_results_of_the_estimator(tmp_path):
         c.step(angle=np.nan, reading=60.0)
 
 
+def test_readings_that_are_refused_within_their_range(tmp_path):
+    """The meanings say both; a refusal does not put them on the range."""
+    c = sdpgrind.export(centering.GeometryEstimator(noise_sd=0.002), tmp_path / "ring").controller()
+    meanings = c._recipe.meanings
+    assert "a jump of more than a turn" in meanings["angle"] and "0 is refused" in meanings["reading"]
+    with pytest.raises(ValueError, match="as their meanings in the header say"):
+        c.step(angle=0.0, reading=0.0)
+    c.step(angle=0.0, reading=60.0)
+    with pytest.raises(ValueError, match="status -1"):
+        c.step(angle=6.3, reading=60.0)
+    for k in range(13):
+        c.step(angle=0.8 * k, reading=60.0)
+    with pytest.raises(ValueError, match="status -1"):
+        c.step(angle=0.8 * 13, reading=60.0)
+    limacon = centering.GeometryEstimator(noise_sd=0.002, model="limacon").__export__()
+    assert "refused" not in limacon.meanings["reading"]
+
+
 def test_a_used_estimator_is_exported_fresh(tmp_path):
     used, fresh = (centering.GeometryEstimator(noise_sd=0.002) for _ in range(2))
     used.extend(*readings(np.random.default_rng(2), 50, 3.0))

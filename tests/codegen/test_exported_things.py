@@ -72,6 +72,16 @@ def test_a_table_has_the_names_of_its_columns(tmp_path):
     assert controller.step(wear=9.0)["feed"] == np.sin(4.0) and controller.status == 2
 
 
+def test_a_table_refuses_a_key_that_is_none(tmp_path):
+    """It has no answer for NaN, and so neither header nor manifest lets one be missing."""
+    made = sdpgrind.export(table(), tmp_path / "thing")
+    assert not made.manifest["inputs"][0]["may_be_missing"]
+    header = (made.path / "thing.h").read_text()
+    assert "NaN: no reading" not in header and "a NaN is refused (-1)" in header
+    with pytest.raises(ValueError, match=r"status -1.*wear=nan \(-1e\+09 to 1e\+09 mm\)"):
+        made.controller().step(wear=np.nan)
+
+
 def test_a_policy(tmp_path, policy):
     made = sdpgrind.export(policy, tmp_path / "bead")
     found = made.check(STEPS, ["gcc"], levels=["-O2"], targets=())

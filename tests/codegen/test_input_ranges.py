@@ -7,12 +7,13 @@ import pytest
 from codegen_inside import LibrarySteps, bounds_of, recipe_of
 from fmu_things import THINGS, described
 
+import centering
 import sdpgrind
+from sdpgrind import sdp, weldbead
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, TablesAsked
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
-STATED = {"bead": {1, 2, 3}}  # outputs that are NaN where grinding stops, or infinite by what the header says
 
 
 @compiled(error_model="numpy")
@@ -20,6 +21,14 @@ def squared(state, x, y, out):
     state[0] += 1.0
     out[0] = x * x + (y if y == y else 0.0)
     return 0
+
+
+def stated(given, outputs):
+    """An output that is NaN or infinite with a status from 0 on says so in its meaning."""
+    for name, column in zip(given.outputs, outputs.T, strict=True):
+        told = given.meanings.get(name, "")
+        assert "NaN" in told or not np.isnan(column).any(), name
+        assert "infinite" in told or not np.isinf(column).any(), name
 
 
 def recipe(**more):
@@ -58,19 +67,69 @@ def test_c_takes_what_is_usable(tmp_path):
 @pytest.mark.parametrize("name", THINGS)
 def test_numbers_in_range_give_numbers(name):
     """Inputs at their bounds, for a while, give no NaN and no infinity; beyond them nothing changes."""
-    given = recipe_of(THINGS[name]())
+    given = recipe_of(THINGS[name](), TablesAsked())
     ends = np.array(np.meshgrid(*given.limits)).reshape(len(given.inputs), -1).T
     rows = np.concatenate([np.repeat(ends, 40, axis=0), given.chains(np.random.default_rng(1), 400)[0]])
     steps = LibrarySteps(given)
     found = steps.take(rows, np.zeros(len(rows), dtype=bool))
-    numbers = np.delete(found.outputs, list(STATED.get(name, ())), axis=1)
-    assert np.isfinite(numbers).all()
+    stated(given, found.outputs)
     kept = steps.state.copy()
     huge = np.full((2 * len(given.inputs), len(given.inputs)), 0.0)
     for k in range(len(given.inputs)):
         huge[2 * k : 2 * k + 2, k] = -1e308, np.inf
     assert (steps.take(huge, np.zeros(len(huge), dtype=bool)).codes == -1).all()
     assert np.array_equal(steps.state, kept, equal_nan=True)
+
+
+@pytest.mark.parametrize("thing", ["ring", "policy"])
+def test_outputs_that_are_none_are_stated(thing):
+    """The band while readings are few; a control at a stop, which is status 0 of a policy, and its gap."""
+    made = centering.GeometryEstimator(noise_sd=0.002) if thing == "ring" else own_policy()
+    given = recipe_of(made, TablesAsked())
+    steps = LibrarySteps(given)
+    rows = given.chains(np.random.default_rng(0), 200)[0]
+    found = steps.take(rows, np.zeros(len(rows), dtype=bool))
+    taken = found.outputs[found.codes >= 0]
+    assert not np.isfinite(taken).all()
+    stated(given, taken)
+
+
+def own_policy():
+    move = sdp.Move(
+        "cut",
+        {"depth": [0.2, 0.5]},
+        sdp.Shift("stock", lambda s, c: sdp.LogNormal(c.depth, 0.1 * c.depth)),
+        charge=0.1,
+    )
+    stop = sdp.Stop("done", sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(10.0)))
+    stock = sdp.Axis("stock", 0.0, 2.0, 41, "mm", below="stop")
+    return sdp.plan(sdp.Problem([stock], [move], [stop], sdp.Stages(3, 1.0)))
+
+
+def late_bead(charge):
+    return weldbead.plan(weldbead.preset("P1").replace(lateness_charge=charge), tolerance=None, nodes=41)
+
+
+@pytest.mark.parametrize(
+    ("charge", "low"), [(None, 0.0), (sdp.Linear(0.1), -1e9), (sdp.Quadratic(0.01), -1e9)]
+)
+def test_late_times_that_are_stated_have_an_answer(charge, low):
+    """From the stated low end on each time has one, or, where the meaning says so, each whole stage."""
+    plan = late_bead(charge)
+    given = recipe_of(plan, TablesAsked())
+    lowest = plan.table.countdown.lowest * 2.0
+    assert given.limits[1] == (low, 60.0)
+    whole, told = lowest < 0.0, given.meanings["time_left"]
+    assert ("< 0: late" in told) == (low < 0.0)
+    assert ("whole stages of 2 s" in told) == whole
+    times = np.arange(max(low, -50.0), 60.0, 2.0 if whole else 0.25)
+    codes = [given.step(np.zeros(1), *given.law, 1.0, time, np.empty(4)) for time in times]
+    assert min(codes) >= 0
+    if charge is None:
+        with pytest.raises(ValueError, match="time_left"):
+            plan.action(1.0, -1.0)
+    edge = np.array([[1.0, low], [1.0, np.nextafter(low, -2e9)]])
+    assert given.usable(edge).tolist() == [True, False]
 
 
 @gcc

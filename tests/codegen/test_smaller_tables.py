@@ -1,5 +1,6 @@
 """Smaller tables: the C against the kernel in bits, bytes, and the value lost against a sweep of the test's own."""
 
+import re
 import shutil
 import subprocess
 
@@ -165,6 +166,61 @@ def test_a_policy_of_the_solver(tmp_path):
     rounded = sdpgrind.export(plan, tmp_path / "rounded", precision="int16", outputs=("by", "kind"))
     assert rounded.check(STEPS, ["gcc"], levels=["-O2"], targets=()).differing == 0
     assert rounded.manifest["sizes"]["tables"] < 0.3 * made.manifest["sizes"]["tables"]
+
+
+def honed(under):
+    """Honing to size with a charge of too little stock, $ of mm."""
+    moves = [
+        sdp.Move("hone", {"strokes": sdp.Levels(1.0, 9.0, 5)}, sdp.Shift("stock", removed),
+                 charge=lambda s, c: 0.3 + 0.02 * c.strokes),
+        sdp.Move("lap", {"strokes": [2.0, 4.0]}, sdp.Shift("stock", removed), charge=0.4),
+    ]  # fmt: skip
+    stop = sdp.Stop("done", sdp.Charge(under=under, over=sdp.Linear(900.0)))
+    stock = sdp.Axis("stock", 0.0, 0.04, 21, "mm", below="stop")
+    return sdp.plan(sdp.Problem([stock], moves, [stop], sdp.Forever()))
+
+
+def removed(s, c):
+    return sdp.LogNormal(0.004 * c.strokes, 0.0008 * c.strokes)
+
+
+def test_states_and_controls_are_told(tmp_path):
+    """No unit is claimed for controls, which have none; what each is comes from the problem."""
+    plan = honed(sdp.Linear(200.0))
+    made = sdpgrind.export(plan, tmp_path / "hone")
+    header = (made.path / "hone.h").read_text()
+    assert "double strokes; /* unit of the plan */" in header
+    told = {one["name"]: one["meaning"] for one in [*made.manifest["inputs"], *made.manifest["outputs"]]}
+    assert told["stock"] == "stock; below 0 the process ends, above 0.04 refused (-1)"
+    assert told["strokes"] == (
+        "control of hone: 1 to 9; lap: 2, 4; NaN where the action has no such control, as a stop"
+    )
+    mode, left = (two_axes().__export__().meanings[name] for name in ("mode", "left"))
+    assert (mode, left) == ("number of the mode: 0 a, 1 b", "countdown to the deadline")
+
+
+def test_a_bent_charge_is_named(tmp_path):
+    """The condition that fails, and it alone."""
+    with pytest.raises(
+        ValueError, match=r"straight lines between nodes.*got 'under Quadratic, over Linear'"
+    ) as refused:
+        sdpgrind.export(honed(sdp.Quadratic(1e5)), tmp_path / "hone")
+    assert "three axes" not in str(refused.value) and "mode" not in str(refused.value)
+
+
+def test_a_suggested_loss_is_kept(policy, tmp_path):
+    """The loss that a refusal names is one that the export then accepts; unrounded actions lose the search's."""
+    with pytest.raises(ValueError, match="search between levels") as refused:
+        sdpgrind.export(policy, tmp_path / "bead", lost_max=1e-9)
+    suggested = float(re.search(r">= (\S+),", str(refused.value)).group(1))
+    made = sdpgrind.export(policy, tmp_path / "bead", lost_max=suggested)
+    assert made.manifest["lost"]["all_stages"] <= suggested < 1.01 * made.manifest["lost"]["all_stages"]
+
+
+def test_a_loaded_policy_says_which_call_takes_the_problem(policy, tmp_path):
+    policy.table.save(tmp_path / "table.nc")
+    with pytest.raises(ValueError, match=r"plan it again \(`Policy.simulate` also takes problem=\)"):
+        sdpgrind.export(sdpgrind.load(tmp_path / "table.nc"), tmp_path / "out", lost_max=1e-3)
 
 
 def test_what_is_refused(policy, tmp_path):

@@ -6,3 +6,4 @@ from sdpgrind.sdp._policy.single_kernels import act_linear_at as act_linear_at
 from sdpgrind.sdp._policy.small_choice import small_tables as small_tables
 from sdpgrind.sdp._policy.small_kernels import act_small_at as act_small_at
 from sdpgrind.sdp._policy.small_kernels import tell_small_at as tell_small_at
+from sdpgrind.sdp._policy.stage_told import stage_told as stage_told

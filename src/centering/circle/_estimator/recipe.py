@@ -16,7 +16,8 @@ _OUTPUTS = {
     "restarts": "",
 }  # fmt: skip
 _MEANINGS = {
-    "angle": "angle of the spindle in the order of time, in either sense, whole turns counted or not",
+    "angle": "angle of the spindle in the order of time, in either sense, whole turns counted or not; refused"
+    " (-1): a jump of more than a turn, and what follows a dozen even steps of more than 0.75 rad (degrees?)",
     "reading": "radial position of the probe, > 0 away from the spindle's axis",
     "radius": "radius of the ring, without the probe's tip",
     "center_x": "centre of the ring from the spindle's axis, along angle 0",
@@ -25,6 +26,7 @@ _MEANINGS = {
     "band": "greatest error of the centre at the confidence that was asked; infinite while readings are few",
     "restarts": "moves of the part that were found since the last reset; each restarts the estimate",
 }
+_POSITIVE = f"{_MEANINGS['reading']}; 0 is refused (-1)"
 _STATUS = (
     "taken",
     "refused: an outlier",
@@ -53,7 +55,7 @@ def recipe_of(state: Floats) -> Recipe:
             "angle": (-_ANGLE_MAX, _ANGLE_MAX),
             "reading": (-_READING_MAX, _READING_MAX) if limacon else (0.0, _READING_MAX),
         },
-        meanings=_MEANINGS,
+        meanings=_MEANINGS if limacon else {**_MEANINGS, "reading": _POSITIVE},
         status=_STATUS,
         places={name: getattr(at, name.upper()) for name in _PLACES},
         equations="least squares of the exact curve of an offset circle; certainty: see centering.circle",

@@ -10,7 +10,8 @@ _HEADER = """\
 {equations} *
  * Any number of instances, one a thread: all that changes is in {name}_state.
  * {name}_step returns
-{status} *   -1  an input is out of the range that stands beside it, or no number where one must be
+{status} *   -1  an input is out of the range that stands beside it, no number where one must be, or
+ *       refused as its meaning says
  *   -2  a loop has reached its bound
  *   -3  a number was no index
  * Below 0 neither state nor output has changed.

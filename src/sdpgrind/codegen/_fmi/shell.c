@@ -151,7 +151,8 @@ static fmi2Status status_refused(const unit *self, int32_t status)
 {
     switch (status) {
     case -1:
-        return refused(self, "inputs must be finite and within their range; the state has not changed");
+        return refused(self, "inputs must be as their meanings say, finite and within their range;"
+                             " the state has not changed");
     case -2:
         return refused(self, "a loop has reached its bound; the state has not changed");
     default:

@@ -135,4 +135,5 @@ class CompiledController:
         ):
             missing = " or NaN" if name in recipe.missing else ""
             told.append(f"{name}={value:g} ({shown(low)} to {shown(high)} {unit or '1'}{missing})")
-        return f"inputs must be within their range (status {self.status}); got {', '.join(told)}"
+        rule = "inputs must be as their meanings in the header say, and within their range"
+        return f"{rule} (status {self.status}); got {', '.join(told)}"

@@ -31,9 +31,8 @@ def recipe_of(packed: Floats, key: Floats, width: int, units: Mapping[str, str])
         inputs,
         outputs,
         law=(packed,),
-        missing=tuple(inputs),
         meanings={name: f"{name.replace('_', ' ')} at the key, clamped at the ends" for name in outputs}
-        | dict.fromkeys(inputs, "key of the table; NaN fills nothing"),
+        | dict.fromkeys(inputs, "key of the table; a NaN is refused (-1)"),
         tables={"packed": "head, keys, values and slopes node by node, guide of whole numbers by their bits"},
         status=("inside", "below the table: its first row", "above the table: its last row"),
         equations="cubic Hermite interpolation with exact slopes",

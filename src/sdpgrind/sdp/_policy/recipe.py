@@ -8,8 +8,10 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe, TablesAsked
 from sdpgrind.sdp._policy import exported_kernels as kernels
+from sdpgrind.sdp._policy.meanings import meanings_of
 from sdpgrind.sdp._policy.small_choice import small_tables
 from sdpgrind.sdp._policy.small_tables import Codes
+from sdpgrind.sdp._policy.stage_told import stage_told
 from sdpgrind.sdp._policy.table import Solution
 
 _TOLD = {
@@ -17,7 +19,8 @@ _TOLD = {
     "value": "expected penalty-to-go; NaN beyond an edge at which the process ends, and late where the plan"
     " keeps no stage of its own",
 }
-_ANY = 1e9  # chosen: in the unit of an axis or of stages; beyond what any is used for
+_ANY = 1e9  # chosen: in the unit of an axis; beyond what any is used for
+_UNKNOWN = "unit of the plan"  # derived: `sdp.Move` has none for its controls
 _BEYOND = 0.05  # chosen: share of an axis by which states of the self-test lie outside
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 _TABLES = {
@@ -62,11 +65,11 @@ def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
         "policy",
         step,
         inputs,
-        {**dict.fromkeys(controls, ""), **dict.fromkeys(told, "$")},
+        {**dict.fromkeys(controls, _UNKNOWN), **dict.fromkeys(told, "$")},
         law=(*small.law, lists, level, codes.stops, *before),
         after=(0.0,) * (3 - len(layout.axes)),
         ranges=_ranges(policy, inputs),
-        meanings={name: _TOLD[name] for name in told},
+        meanings=meanings_of(policy, list(inputs), controls) | {name: _TOLD[name] for name in told},
         tables=_TABLES,
         status=(*layout.stops, *(move.name for move in layout.moves)),
         equations="expected penalty-to-go by dynamic programming; the action of the table.",
@@ -81,15 +84,26 @@ def _inputs(policy: Any) -> dict[str, str]:
     """Names and units: mode, if there are several, stage coordinate, axes."""
     layout = policy.layout
     several = len(layout.modes) > 1
-    if policy.single is None or policy.bent.any() or (several and layout.endless):
-        rule = (
-            "a policy of a table of one to three axes, without a stop whose charge is bent within a cell,"
-            " and without modes where there is no deadline"
-        )
-        raise checks.refuse("thing", rule, repr(policy))
+    _check(policy, several)
     modes = {"mode": ""} if several else {}
     stage = {} if layout.endless else {layout.stage_name: layout.stage_unit}
     return {**modes, **stage, **{axis.name: axis.unit for axis in layout.axes}}
+
+
+def _check(policy: Any, several: bool) -> None:
+    """Refuse what the look-up in C does not know; name the condition that fails."""
+    if policy.single is None:
+        raise checks.refuse("thing", "a policy of one to three axes", len(policy.layout.axes))
+    if policy.bent.any():
+        rule = (
+            "a policy of one axis with 'stop' at an end whose stop is charged along straight lines between"
+            " nodes (sdp.Linear, sdp.Constant): that of its stop is bent within cells in which it may stop"
+        )
+        sides = {side: getattr(policy.layout.edge_charge, side) for side in ("under", "over")}
+        told = ", ".join(f"{side} {type(one).__name__}" for side, one in sides.items())
+        raise checks.refuse("thing", rule, told)
+    if several and policy.layout.endless:
+        raise checks.refuse("thing", "a policy of one mode, where there is no deadline", policy.layout.modes)
 
 
 def _listed(policy: Any, codes: Codes, controls: list[str]) -> tuple[Floats, Any]:
@@ -116,8 +130,8 @@ def _ranges(policy: Solution, inputs: dict[str, str]) -> dict[str, tuple[float, 
     """Values of inputs that have an answer; the look-up refuses others within them."""
     found = dict(zip(inputs, _extents(policy), strict=True))
     layout = policy.layout
-    if not layout.endless and policy.countdown.has_base:
-        found[layout.stage_name] = -_ANY, found[layout.stage_name][1]
+    if not layout.endless:
+        found[layout.stage_name] = stage_told(policy)[0]
     for axis in layout.axes:
         low, high = found[axis.name]
         found[axis.name] = low if axis.below == "refuse" else -_ANY, high if axis.above == "refuse" else _ANY

@@ -1,5 +1,6 @@
 """Smallest form of a policy's tables that loses no more than asked."""
 
+from decimal import ROUND_CEILING, Context
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,8 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.sdp._policy.small_tables import PRECISIONS, Small, small_of
 from sdpgrind.sdp._policy.value_lost import ValueLost, value_lost
+
+_TOLD_DIGITS = 3  # chosen: significant digits of a value lost in a message
 
 
 def small_tables(
@@ -44,8 +47,17 @@ def small_tables(
             return small, {"precision": form, "lost": _noted(lost, policy)}
     if lost_max is None:
         raise checks.refuse("precision", "one with which the actions end", precision)
-    best = f">= {least:.3g}, what the best of the forms {', '.join(forms)} loses"
+    best = f">= {_up(least):.3g}, what the best of the forms {', '.join(forms)} loses"
+    if forms[-1] == "double":  # what unrounded actions lose, the search between levels has lost
+        best += (
+            f" (double loses {_up(lost.all_stages):.3g}: the plan's own error of its search between levels)"
+        )
     raise checks.refuse("lost_max", best, lost_max, "$")
+
+
+def _up(number: float) -> float:
+    """Return a number rounded up to the digits that are told, so that asking for it succeeds."""
+    return float(Context(prec=_TOLD_DIGITS, rounding=ROUND_CEILING).create_decimal_from_float(number))
 
 
 def _noted(lost: ValueLost, policy: Any) -> dict[str, Any]:

@@ -131,7 +131,7 @@ class Solution:
         if self.problem is None:
             raise ValueError(
                 f"{purpose} needs the problem, whose functions no file can hold: "
-                "plan it again, or pass problem="
+                "plan it again (`Policy.simulate` also takes problem=)"
             )
         return self.problem
 

@@ -9,13 +9,13 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe
+from sdpgrind.sdp.kernels import stage_told
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._look_up_kernels import next_pass_at
 
 _OUTPUTS = {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "gap": "$"}
 _MEANINGS = {
     "height": "mean height of the bead above the base, mm to be ground off; < 0: ground into the base",
-    "time_left": "time to the deadline; < 0: late",
     "duration": "time of the next pass; 0 with the status stop",
     "feed_rate": "feed along the bead of the next pass; NaN with the status stop",
     "normal_force": "force of the disc onto the bead of the next pass; NaN with the status stop",
@@ -35,20 +35,14 @@ _TABLES = {
     "durations": "duration of each move, s",
     "feeds": "feed of each move, mm/s",
 }
-_LEAST = -1e9  # chosen: mm, s; below the table grinding stops, late is late
+_LEAST = -1e9  # chosen: mm; below the table grinding stops
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 
 
 def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe:
     """Return what is exported of a `SequencePolicy`, in mm, s, N and $."""
-    single, problem = policy.table.single, policy.problem
-    if single is None or problem.finish_charge is not None or policy.table.bent.any():
-        raise checks.refuse(
-            "thing",
-            "a policy of a table in height and time left, without a charge for the finish or for the height"
-            " that changes within a cell",
-            repr(policy),
-        )
+    single, problem = _check(policy), policy.problem
+    times, late = stage_told(policy.table)
     law = (*single.arrays, np.array(durations), np.array(feeds))
     return Recipe(
         "bead",
@@ -58,9 +52,9 @@ def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe
         law=law,
         ranges={
             "height": (_LEAST, float(policy.table.layout.axes[0].high)),
-            "time_left": (_LEAST, float(problem.horizon)),
+            "time_left": times,
         },
-        meanings=_MEANINGS,
+        meanings={**_MEANINGS, "time_left": "; ".join(filter(None, ["time to the deadline", late]))},
         tables=_TABLES,
         status=("next pass", "stop"),
         equations="Brown (2012): expected penalty-to-go by dynamic programming; the action of the table.",
@@ -75,6 +69,21 @@ def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe
         reports={"penalty": "$", "mean_cut": "mm", "gap": "$"},
         commands={"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""},
     )
+
+
+def _check(policy: Any) -> Any:
+    """Return the look-up of single states; refuse what it does not know by the condition that fails."""
+    single = policy.table.single
+    rules = {
+        "a policy of a table in height and time left": single is None,
+        "a policy without a charge for the finish": policy.problem.finish_charge is not None,
+        "a policy whose charge for the height is straight between nodes (sdp.Linear, sdp.Constant): that of"
+        " this one is bent within cells in which grinding may stop": policy.table.bent.any(),
+    }
+    for rule, failed in rules.items():
+        if failed:
+            raise checks.refuse("thing", rule, policy)
+    return single
 
 
 def _command(status: int, found: dict[str, float]) -> dict[str, Any]:
