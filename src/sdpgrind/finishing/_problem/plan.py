@@ -78,11 +78,11 @@ def plan(
     problem, begun = placed_for(problem, progress)
     progress = portion(progress, begun, 1.0)
     progress(0.0, "joints along the path")
-    samples = samples_of(problem.path)
     try:
         if problem.heading == "fixed" and problem.spin == ():
             # ends of legs show what is out of reach, before the long sampling
             posture_of(problem, problem.path.sample(per_leg=1))
+        samples = samples_of(problem.path)
         chosen, place = posture_of(problem, samples)
     except PostureError as error:
         raise ValueError(f"{error}; {what_place_would(problem)}") from None
