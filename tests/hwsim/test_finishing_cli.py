@@ -446,26 +446,6 @@ def test_a_job_with_a_robot_becomes_a_program(target, file, capsys, tmp_path):
     assert (tmp_path / "again" / file).read_bytes() == (folder / file).read_bytes() and file in again
 
 
-def test_a_placement_is_searched(capsys, tmp_path):
-    """In a box, where one is given; then the program is that of the problem placed there."""
-    job = tmp_path / "job.toml"
-    text = ROBOT.format(robot='preset = "ur10"').replace(
-        "placement = [650, -25, 100]", 'placement = "search"'
-    )
-    job.write_text(text.replace("[program]", "placement_box = [[650, -25, 100], [650, -25, 100]]\n[program]"))
-    said(capsys, job, "--program", "csv", "--out", tmp_path / "out")
-    problem = sdpgrind.load(tmp_path / "out" / "motion.nc").problem
-    assert problem.placement[:3] == (650.0, -25.0, 100.0) and len(problem.placement) == 4
-    for change, told in {
-        'placement = "serch"': "tool.placement must be one of search; got 'serch'",
-        "placement_box = [[0, 0, 0], [1, 1, 1]]": 'tool.placement_box must be left out unless placement = "search"',
-        'placement = "search"\nplacement_box = [[9000, 0, 0], [9001, 0, 0]]': "searched: Placement(there is none: reach",
-        'placement = "search"\nplacement_box = [[0, 0, 0]]': "box must be two corners, (2, 3) (mm); got (1, 3)",
-    }.items():
-        job.write_text(text.replace('placement = "search"', change))
-        assert told in refused(capsys, job, "--program", "csv", "--out", tmp_path / "other")
-
-
 def test_a_job_with_a_urdf_file_beside_it(tmp_path):
     joint = (
         '<joint name="{name}" type="revolute"><parent link="{name}a"/><child link="{child}"/><origin xyz="{xyz}"/>'

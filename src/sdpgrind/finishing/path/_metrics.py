@@ -61,7 +61,7 @@ class PathMetrics(Frozen):
         length         63 mm
         node steps     1 mm (1 to 1 mm, CV 0)
         cell areas     CV 0
-        coverage       95.6 % within 0.5 mm of the path
+        coverage       95.5 % within 0.5 mm of the path
         largest gap    1.41 mm
         sampled by     0.0125 mm on the surface, 0.25 mm on the path)
     """
