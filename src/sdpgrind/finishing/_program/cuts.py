@@ -10,9 +10,14 @@ from sdpgrind.finishing._program.course import PlannedMotion
 
 
 def rests_in_air(motion: PlannedMotion) -> Bools:
-    """Whether the tool is off the work at the end of each run but the last, (r - 1,)."""
+    """Whether the tool is at the top of a lift at the end of each run but the last, (r - 1,)."""
     cuts = np.flatnonzero(np.diff(motion.time) <= 0) + 1
-    return np.asarray(~motion.contact[cuts - 1] & ~motion.contact[cuts])
+    if not cuts.size:
+        return np.zeros(0, dtype=bool)
+    height = motion.problem.path.at(motion.length[cuts]).clearance
+    around = np.concatenate([[0.0], height, [0.0]])  # before its arc a lift rests, too, lower
+    top = height >= np.maximum(around[:-2], around[2:]) * (1 - 1e-9)
+    return np.asarray(~motion.contact[cuts - 1] & ~motion.contact[cuts] & top)
 
 
 def parts_of(runs: Sequence[Blocks], air: Sequence[bool], most: int) -> list[Blocks]:
