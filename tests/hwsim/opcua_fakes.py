@@ -79,16 +79,18 @@ def served(plant, **options):
 
 
 class Cable:
-    """Forwards a port to another one until it is cut."""
+    """Forwards a port to another one until it is cut; what ends at one side ends at the other."""
 
     def __init__(self, port):
         self._to, self._open = port, []
+        self._joining = threading.Lock()  # a connection is cut whole, or made after the cut
         self._flows = threading.Event()
         self._flows.set()
         self.resets = 0  # connections of clients that ended by a reset: what was not sent is dropped
         self._door = socket.create_server(("127.0.0.1", 0))
         self.url = f"opc.tcp://127.0.0.1:{self._door.getsockname()[1]}"
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._porter = threading.Thread(target=self._accept, daemon=True)
+        self._porter.start()
 
     def _accept(self):
         while True:
@@ -96,23 +98,39 @@ class Cable:
                 near, _ = self._door.accept()
             except OSError:
                 return
-            far = socket.create_connection(("127.0.0.1", self._to))
-            for end in (near, far):  # a cable holds nothing back: Nagle's rule may, for 40 ms
-                end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._open += [near, far]
-            for one, two in ((near, far), (far, near)):
-                threading.Thread(target=self._copy, args=(one, two), daemon=True).start()
+            with self._joining:
+                try:
+                    far = socket.create_connection(("127.0.0.1", self._to))
+                except OSError:  # nobody listens
+                    near.close()
+                    continue
+                for end in (near, far):  # a cable holds nothing back: Nagle's rule may, for 40 ms
+                    end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._open += [near, far]
+            threading.Thread(target=self._join, args=(near, far), daemon=True).start()
+
+    def _join(self, near, far):
+        """Forward both ways until one side ends; sockets are closed when nobody waits at them any more.
+
+        `close` does not end a connection at which another thread waits, and frees its number for the next one.
+        """
+        back = threading.Thread(target=self._copy, args=(far, near), daemon=True)
+        back.start()
+        self._copy(near, far)
+        back.join()
+        near.close()
+        far.close()
 
     def _copy(self, one, two):
+        reset = False
         try:
             while data := one.recv(65536):
                 self._flows.wait()
                 two.sendall(data)
-        except ConnectionResetError:
-            self.resets += 1
-            two.close()
-        except OSError:
-            return
+        except OSError as error:
+            reset = isinstance(error, ConnectionResetError)
+        end(one, two)
+        self.resets += reset
 
     def stall(self):
         """Hold back all that comes from now on."""
@@ -124,12 +142,19 @@ class Cable:
 
     def cut(self):
         """Break the connections; new ones are possible."""
-        for end in self._open:
-            with contextlib.suppress(OSError):  # reset by a client
-                end.shutdown(socket.SHUT_RDWR)
-            end.close()
-        self._open = []
+        with self._joining:
+            broken, self._open = self._open, []
+        end(*broken)
 
     def close(self):
+        end(self._door)  # wakes who waits there, which `close` does not
+        self._porter.join()
         self._door.close()
         self.cut()
+
+
+def end(*sockets):
+    """End connections, at both ends of each."""
+    for each in sockets:
+        with contextlib.suppress(OSError):  # it has ended
+            each.shutdown(socket.SHUT_RDWR)
