@@ -1,5 +1,6 @@
 """Bounds of what a peer may send, before anything parses it: asyncua collects and parses without one."""
 
+import asyncio
 import logging
 from collections.abc import Iterator
 from typing import Any, Final
@@ -76,6 +77,12 @@ class BoundedPeer(OPCUAProtocol):  # type: ignore[misc]  # asyncua is not follow
             self._received.clear()
             if self.transport is not None:
                 self.transport.abort()
+
+    def connection_lost(self, ex: BaseException | None) -> None:
+        """End the session with its connection; asyncua keeps one with subscriptions until it is too old."""
+        super().connection_lost(ex)
+        if self.processor is not None and (session := self.processor.session) is not None:
+            self.closing_tasks.append(asyncio.create_task(session.close_session()))
 
     def _active(self) -> bool:
         session = None if self.processor is None else self.processor.session

@@ -177,13 +177,25 @@ class FrontDesk:
             result.StatusCode = ua.StatusCode(ua.StatusCodes.BadArgumentsMissing)
         else:
             try:
-                result.OutputArguments = await method(*given)
-                if name == "Start" and not result.OutputArguments[0].Value:
-                    self._starter = session
+                result.OutputArguments = await (
+                    self._started(session, *given) if name == "Start" else method(*given)
+                )
             except Exception:
                 _log.exception("%s was not carried out", name)
                 result.StatusCode = ua.StatusCode(ua.StatusCodes.BadInvalidArgument)
         return result
+
+    async def _started(self, session: Session, part: Any, seed: Any) -> list[ua.Variant]:
+        """Start a part: it is that of this session, also where it leaves before the answer."""
+        before, self._starter = self._starter, session
+        try:
+            told = await self._start(part, seed)
+        except Exception:
+            self._starter = before
+            raise
+        if told[0].Value:
+            self._starter = before
+        return told
 
     async def _start(self, part: Any, seed: Any) -> list[ua.Variant]:
         return await _answered(self._driver.start(int(part), str(seed or "")))

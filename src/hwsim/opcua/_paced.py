@@ -86,10 +86,14 @@ class Paced:
         self._thread.join()
 
     async def _do(self, work: Callable[..., None], *arguments: Any) -> None:
-        """Let the thread of the machine do something."""
+        """Let the thread of the machine do something; it does so to the end, whoever has left meanwhile.
+
+        A client that leaves cancels what waits for its answers: a job that were cancelled with it could not
+        be answered, and would end the thread, the watchdog with it.
+        """
         done: Future[None] = Future()
         self._jobs.put((done, work, arguments))
-        await asyncio.wrap_future(done)
+        await asyncio.shield(asyncio.wrap_future(done))
 
     def _work(self) -> None:
         """Thread of the machine."""

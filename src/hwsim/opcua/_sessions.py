@@ -38,6 +38,9 @@ class SessionServer(StandardNodes):
         """Return a new session."""
         return Session(self, self.aspace, self.subscription_service, name, user=user, external=external)
 
+    def lookup_external_session(self, auth_token: ua.NodeId) -> None:
+        """Find no session of another connection: two connections would command as one operator."""
+
 
 class Session(InternalSession):  # type: ignore[misc]  # asyncua is not followed
     """A session of a client."""
