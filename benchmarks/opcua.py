@@ -1,6 +1,6 @@
 """Machines behind OPC UA: what a step costs, how fast a machine is made safe, what survives a kill.
 
-    python benchmarks/opcua.py [lists] [rate] [safe] [gate] [kills] [shadow] [--trials 10]
+    python benchmarks/opcua.py [lists] [rate] [safe] [cut] [gate] [kills] [shadow] [--trials 10]
 
 The server runs in a process of its own. Bars: a step of two lists (8 + 4 values) at least 4 times as fast as one
 value after the other, 3 times encrypted; a step in lockstep at most half of the two lists; 20 Hz encrypted: 99 %
@@ -276,16 +276,26 @@ def safe(trials):
         for name, odd in causes.items():
             told(name, [trial(server, plant, odd) for _ in range(trials)], name == "interpreter held")
         plant.close()
-        port = int(server.url.rpartition(":")[2])
-        found = []
-        for _ in range(trials):
-            cable = opcua_fakes.Cable(port)
-            plant = hwsim.OpcuaPlant(cable.url, security="none")
-            found.append(trial(server, plant, lambda cable=cable: cable.cut() or {"velocity": 9.0}))
-            plant.close()
-            cable.close()
-        told("link cut", found, True)
+        told("link cut", cuts(server, trials), True)
         told("process killed", [killed(server) for _ in range(max(1, trials // 4))], True)
+
+
+def cuts(server, trials):
+    """The link of a run is cut; each run has a session of its own."""
+    port, found = int(server.url.rpartition(":")[2]), []
+    for _ in range(trials):
+        cable = opcua_fakes.Cable(port)
+        plant = hwsim.OpcuaPlant(cable.url, security="none")
+        found.append(trial(server, plant, lambda cable=cable: cable.cut() or {"velocity": 9.0}))
+        plant.close()
+        cable.close()
+    return found
+
+
+def cut(trials):
+    """Cut links alone."""
+    with Server("axis") as server:
+        told("link cut", cuts(server, trials), True)
 
 
 def killed(server, *gate):
@@ -401,6 +411,8 @@ def run(given):
         rate(keys, given.steps)
     if "safe" in given.what:
         safe(given.trials)
+    if "cut" in given.what:
+        cut(given.trials)
     if "gate" in given.what:
         gate(given.trials)
     if "kills" in given.what:
