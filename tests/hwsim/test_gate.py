@@ -102,6 +102,23 @@ def test_a_command_is_written_once_and_arrays_come_whole():
     assert polled(rules, 8) == SAFE and "path must be a finite number" in rules.trip.reason
 
 
+def test_a_command_of_a_step_beyond_the_deadline_is_not_forwarded_though_the_gate_slept():
+    runner, rules = pair()
+    runner.hand({"rate": 1.0}, 50 * MS)
+    assert polled(rules, 50) == {"rate": 1.0}
+    runner.hand({"rate": 2.0}, 101 * MS)
+    assert polled(rules, 102) == SAFE
+    assert rules.trip == Trip("no sign of the controller for more than 50 ms", "gate", 0.052)
+
+
+def test_a_gate_that_slept_while_the_runner_was_alive_goes_on():
+    runner, rules = pair()
+    for now in range(0, 200, 40):
+        runner.renew(now * MS)
+    runner.hand({"rate": 1.0}, 200 * MS)
+    assert polled(rules, 201) == {"rate": 1.0} and rules.trip is None
+
+
 def test_a_command_that_the_gate_reads_late_is_not_forwarded():
     runner, rules = pair()
     runner.hand({"rate": 1.0}, 0)

@@ -122,6 +122,16 @@ def test_a_command_that_the_link_held_up_is_not_forwarded_however_alive_the_cont
     assert rule.trip == (f"a command waited 51 ms for the link, {limit}", "link", pytest.approx(0.001))
 
 
+def test_a_command_of_a_step_beyond_the_deadline_is_not_forwarded_though_nobody_polled_meanwhile():
+    rule = Forwarding(SAFE, 50 * MS, 0)
+    rule.hand({"rate": 1.0}, 50 * MS)  # at the deadline is not yet late
+    assert rule.poll(50 * MS) == {"rate": 1.0}
+    rule.hand({"rate": 2.0}, 101 * MS)
+    assert not rule.alive(101 * MS)
+    assert rule.poll(102 * MS) == SAFE
+    assert rule.trip == ("no sign of the controller for more than 50 ms", "link", pytest.approx(0.052))
+
+
 def test_a_sign_of_life_is_never_too_old():
     rule = Forwarding(SAFE, 50 * MS, 0)
     rule.hand({}, 10 * MS)

@@ -36,11 +36,22 @@ class Forwarding:
         self._asked: tuple[str, str] | None = None
 
     def hand(self, command: Mapping[str, Any], now: int) -> None:
-        """Hand over changed commands."""
+        """Hand over changed commands; a step beyond the deadline asks for the safe command instead."""
+        late = self._late(now)
         if command:  # else it is a sign of life alone, which never is too old to be sent
             self._waiting.append((now, command))
-        self._life = now
+        if not late:
+            self._life = now
         self.handed += 1  # last: who reads it finds the command
+
+    def _late(self, now: int) -> bool:
+        """Ask for the safe command after a silence: who polls may have slept as long, and have seen none."""
+        if late := now - self._life > self._deadline:
+            self.ask(self._silence(), self.by)
+        return late
+
+    def _silence(self) -> str:
+        return f"no sign of the controller for more than {self._deadline / 1e6:g} ms"
 
     def look(self) -> None:
         """Take in what was handed over in another process; here there is none."""
@@ -89,7 +100,7 @@ class Forwarding:
             return {}
         if now - self._life > self._deadline:
             slow = ", which waited: not its step but this computer was slow" if self.waits else ""
-            self.ask(f"no sign of the controller for more than {self._deadline / 1e6:g} ms{slow}", self.by)
+            self.ask(self._silence() + slow, self.by)
         command: dict[str, Any] = {}
         while self._waiting and self._asked is None:
             handed, changes = self._waiting.popleft()
