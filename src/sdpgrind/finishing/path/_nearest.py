@@ -41,7 +41,7 @@ class Nearest:
     def _far(self, point: Floats) -> Floats:
         """Distances from the legs of the nearest ends, as many as are needed.
 
-        The foot of a perpendicular is within half of the longest leg from an end of its leg: where all further
+        The foot of a perpendicular is within half of the longest leg from an end of its leg: where all other
         ends are beyond the hypotenuse of that and the distance found, their legs are no nearer.
         """
         out, left, tried = np.full(len(point), np.inf), np.arange(len(point)), ENDS
