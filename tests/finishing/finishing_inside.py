@@ -13,6 +13,7 @@ from sdpgrind.finishing.path import _spacing as spacing
 from sdpgrind.finishing.path._arc_kernels import inverted, travelled
 from sdpgrind.finishing.path._cells import cell_areas
 from sdpgrind.finishing.path._coverage import edges_of
+from sdpgrind.finishing.path._departure_kernels import furthest
 from sdpgrind.finishing.path._eikonal_kernels import sweep
 from sdpgrind.finishing.path._equal_area import equal_area
 from sdpgrind.finishing.path._geodesic import distance_field, solved
@@ -78,6 +79,7 @@ __all__ = [
     "equal_area",
     "fastest_law",
     "fit_control_points",
+    "furthest",
     "gauss",
     "general",
     "greville",

@@ -4,6 +4,7 @@ closed form.
 
 import numpy as np
 import pytest
+from finishing_inside import furthest
 from path_surfaces import FLAT, SURFACES
 from scipy.spatial import cKDTree
 
@@ -136,3 +137,17 @@ def test_held_at_an_acute_corner(turn):
     )
     samples = path.sample(step=1e-4).point
     assert np.linalg.norm(samples - [5.0, 5.0, 0.0], axis=1).min() <= 0.05 * (1 + 1e-3) + 1e-5
+
+
+def test_distances_of_a_corner_are_their_slow_twin():
+    """Every place against every straight line; one of them is a point."""
+    rng = np.random.default_rng(2)
+    point, line = rng.normal(size=(5, 7, 3)), rng.normal(size=(5, 4, 3))
+    line[0, 1] = line[0, 2]
+    start, leg = line[:, None, :-1], np.diff(line, axis=1)[:, None]
+    offset = point[:, :, None] - start
+    share = np.clip((offset * leg).sum(axis=-1) / np.maximum((leg**2).sum(axis=-1), 1e-300), 0.0, 1.0)
+    away = np.linalg.norm(offset - share[..., None] * leg, axis=-1)
+    out = np.empty(5)
+    furthest(point, line, out)
+    assert out == pytest.approx(away.min(axis=2).max(axis=1), rel=1e-12)

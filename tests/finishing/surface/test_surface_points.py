@@ -35,6 +35,14 @@ def scale(surface, order):
     return size * (surface.degree[0] / steps[0]) ** order[0] * (surface.degree[1] / steps[1]) ** order[1]
 
 
+@pytest.mark.parametrize("name", SURFACES)
+def test_points_alone_have_the_bits_of_points_with_derivatives(name):
+    surface = SURFACES[name]
+    u, v = (np.random.default_rng(k).uniform(*ends, 500) for k, ends in enumerate(surface.domain))
+    u[:4], v[:4] = np.repeat(surface.domain[0], 2), np.tile(surface.domain[1], 2)
+    assert np.array_equal(surface.point(u, v), surface.derivatives(u, v).point)
+
+
 @pytest.mark.parametrize("name", ["nominal", "crowded", "steep"])
 def test_scipy_gives_the_same_on_the_path_of_order_seven(name):
     surface = SURFACES[name]

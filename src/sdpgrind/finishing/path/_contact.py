@@ -48,8 +48,8 @@ def met(
 
 def points(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats) -> Floats:
     """Points (c, m, 3) of pieces (c,) at t (c, m), mm."""
-    _, there = met(surface, mapping, coefficients, np.repeat(piece, t.shape[1]), t.ravel())
-    return there.point.reshape(*t.shape, 3)
+    moved = mapping.carried(jets(coefficients, np.repeat(piece, t.shape[1]), t.ravel()))
+    return surface.point(moved[:, 0, 0], moved[:, 0, 1]).reshape(*t.shape, 3)
 
 
 def speed(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats) -> Floats:

@@ -4,6 +4,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._contact import points
+from sdpgrind.finishing.path._departure_kernels import furthest
 from sdpgrind.finishing.path._mappings import Mapping
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.surface._surface import Surface
@@ -41,12 +42,9 @@ def _block(
 
 def _furthest(point: Floats, line: Floats) -> Floats:
     """Greatest distance (c,) of points (c, m, 3) from polylines (c, k, 3)."""
-    start, leg = line[:, :-1], np.diff(line, axis=1)
-    offset = point[:, :, None] - start[:, None]
-    square = np.maximum((leg**2).sum(axis=-1), np.finfo(float).tiny)[:, None]
-    share = np.clip((offset * leg[:, None]).sum(axis=-1) / square, 0.0, 1.0)
-    rest = ((offset - share[..., None] * leg[:, None]) ** 2).sum(axis=-1)
-    return np.asarray(np.sqrt(rest.min(axis=2).max(axis=1)))
+    out = np.empty(len(point))
+    furthest(point, line, out)
+    return out
 
 
 def least(squares: Floats) -> Floats:

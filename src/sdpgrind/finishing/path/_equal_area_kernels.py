@@ -39,19 +39,28 @@ def _root(powers, goal, x):
 
 
 @compiled(error_model="numpy")
-def _cell_of(before, powers, i, x, goal):
-    """Number of the cell in a row (cells, degree + 1, ...) that holds the cumulative area `goal`."""
+def _cell_of(powers, i, x, goal, guess):
+    """Number of the cell in a row (cells, degree + 1, ...) that holds the cumulative area `goal`; a guess."""
     low, high = 0, powers.shape[1]
+    above = guess == 0 or _area_before(powers, i, guess, x) <= goal
+    if above and (guess == high - 1 or _area_before(powers, i, guess + 1, x) > goal):
+        return guess
     while high - low > 1:
         middle = (low + high) // 2
-        value = 0.0
-        for a in range(powers.shape[2] - 1, -1, -1):
-            value = value * x + powers[i, middle, a, 0]
-        if value <= goal:
+        if _area_before(powers, i, middle, x) <= goal:
             low = middle
         else:
             high = middle
     return low
+
+
+@compiled(error_model="numpy")
+def _area_before(powers, i, cell, x):
+    """Cumulative area up to a cell of a row, at x in its strip."""
+    value = 0.0
+    for a in range(powers.shape[2] - 1, -1, -1):
+        value = value * x + powers[i, cell, a, 0]
+    return value
 
 
 @compiled(error_model="numpy")
@@ -68,7 +77,7 @@ def carry(breaks_u, breaks_v, strips, across, cells, jets, out):
     for power in range(width):
         area += strips[-1, power]
     side = (breaks_u[-1] - breaks_u[0]) * (breaks_v[-1] - breaks_v[0])
-    i, x, known = 0, 0.5, -1.0
+    i, j, x, known = 0, 0, 0.5, -1.0
     for m in range(len(jets)):
         a, b = jets[m, 0, 0], jets[m, 0, 1]
         if a != known:
@@ -77,7 +86,7 @@ def carry(breaks_u, breaks_v, strips, across, cells, jets, out):
         h = breaks_u[i + 1] - breaks_u[i]
         w, wu, wuu = _polynomial(across[i], x)
         wu, wuu = wu / h, wuu / h**2
-        j = _cell_of(breaks_v, cells, i, x, b * w)
+        j = _cell_of(cells, i, x, b * w, j)  # neighbours on a path lie near each other
         for power in range(width):
             rows[0, power], rows[1, power], rows[2, power] = _polynomial(cells[i, j, :, power], x)
         y = _root(rows[0], b * w, 0.5)

@@ -11,7 +11,7 @@ from sdpgrind.finishing.path._nearest_kernels import distances, sort_into_cells
 
 CELLS_MAX = 2**21  # chosen: 16 MB
 RINGS = 2  # chosen: cells around that of a point; what is farther is found by a tree of the ends of legs
-ENDS = 8  # chosen: ends whose legs are tried there
+ENDS = 8  # chosen: ends whose legs are tried there at first; ever twice as many where these do not tell
 
 
 class Nearest:
@@ -23,6 +23,7 @@ class Nearest:
         self._low = np.minimum(self._start, self._end).min(axis=0)
         widths = np.maximum(self._start, self._end).max(axis=0) - self._low
         longest = float(np.linalg.norm(self._end - self._start, axis=1).max())
+        self._longest = longest
         self._width = max(longest, _least_width(widths), 1e-9)
         self._shape = np.maximum(np.ceil(widths / self._width), 1).astype(np.int64)
         self._legs = sort_into_cells(self._start, self._end, self._low, self._width, self._shape)
@@ -38,14 +39,29 @@ class Nearest:
         return np.asarray(found)
 
     def _far(self, point: Floats) -> Floats:
-        """Distances from the legs of the `ENDS` nearest ends: legs are short beside the distance."""
-        _, near = self._ends.query(point, k=min(ENDS, 2 * len(self._start)))
+        """Distances from the legs of the nearest ends, as many as are needed.
+
+        The foot of a perpendicular is within half of the longest leg from an end of its leg: where all other
+        ends are beyond the hypotenuse of that and the distance found, their legs are no nearer.
+        """
+        out, left, tried = np.full(len(point), np.inf), np.arange(len(point)), ENDS
+        while left.size:
+            tried = min(tried, 2 * len(self._start))
+            out[left], last = self._nearest_of(point[left], tried)
+            if tried == 2 * len(self._start):
+                break
+            left, tried = left[last <= np.hypot(out[left], 0.5 * self._longest)], 2 * tried
+        return out
+
+    def _nearest_of(self, point: Floats, count: int) -> tuple[Floats, Floats]:
+        """Distances from the legs of the nearest ends, and from the last of these."""
+        away, near = self._ends.query(point, k=count)
         leg = near % len(self._start)
         start, way = self._start[leg], self._end[leg] - self._start[leg]
         offset, square = point[:, None] - start, np.einsum("ijk,ijk->ij", way, way)
         share = np.einsum("ijk,ijk->ij", offset, way) / np.where(square > 0, square, 1.0)
         rest = offset - np.clip(share, 0.0, 1.0)[..., None] * way
-        return np.asarray(np.linalg.norm(rest, axis=2).min(axis=1))
+        return np.asarray(np.linalg.norm(rest, axis=2).min(axis=1)), np.asarray(away[:, -1])
 
     @cached_property
     def _ends(self) -> cKDTree:

@@ -55,8 +55,9 @@ def zigzag(
 
     On a trimmed patch passes are cut at the trimming. A pass goes on to the next one where a straight move
     between their ends keeps the margin, too, if need be with ends drawn back by up to half a pitch; else the
-    tool is lifted over to the next piece. Where a trimming runs along the passes, the strip between it and
-    the last one may be up to a pitch and the margin wide. Slots below 0.02 mm may be crossed.
+    tool is lifted over to the next piece. Where a trimming within 45 degrees of the passes cuts one off, the
+    pass follows the trimming, a 20th of a pitch farther inside than the margin, until the next pass is half a
+    pitch from it. Slots below 0.02 mm may be crossed.
 
     Parameters
     ----------

@@ -86,6 +86,41 @@ def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
 
 
 @compiled(error_model="numpy")
+def evaluate_points(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
+    """Write Q at each (u, v) into `out` (m, 3): the bits of `evaluate`, without derivatives."""
+    bu, bv = np.empty(degree_u + 2), np.empty(degree_v + 2)
+    row, flat = np.empty(4), np.empty(4)
+    for k in range(len(u)):
+        at_u, at_v = _find_span(knots_u, degree_u, u[k]), _find_span(knots_v, degree_v, v[k])
+        _values(knots_u, degree_u, at_u, u[k], bu)
+        _values(knots_v, degree_v, at_v, v[k], bv)
+        flat[:] = 0.0
+        for i in range(degree_u + 1):
+            row[:] = 0.0
+            for j in range(degree_v + 1):
+                for c in range(4):
+                    row[c] += bv[j] * net[at_u - degree_u + i, at_v - degree_v + j, c]
+            for c in range(4):
+                flat[c] += bu[i] * row[c]
+        for c in range(3):
+            out[k, c] = flat[c] / flat[3] if rational else flat[c]
+
+
+@compiled(error_model="numpy")
+def _values(knots, degree, span, x, out):
+    """Basis functions of a span, as `_basis`."""
+    out[:] = 0.0
+    out[degree] = 1.0
+    for d in range(1, degree + 1):
+        left = 0.0
+        for r in range(degree - d, degree + 1):
+            i = span - degree + r
+            right = 1.0 / (knots[i + d + 1] - knots[i + 1]) if r < degree else 0.0
+            out[r] = left * (x - knots[i]) * out[r] + right * (knots[i + d + 1] - x) * out[r + 1]
+            left = right
+
+
+@compiled(error_model="numpy")
 def _along_v(points, first, degree, bv, row):
     """Sum one line of control points against the basis along v and its derivatives, into `row` (3, 4)."""
     row[:] = 0.0

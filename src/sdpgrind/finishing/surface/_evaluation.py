@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._bspline_kernels import evaluate
+from sdpgrind.finishing.surface._bspline_kernels import evaluate, evaluate_points
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 
 # derived: derivatives by u and v, in the order of `SurfaceDerivatives`
@@ -44,6 +44,14 @@ def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
     out = np.empty((6, u.size, 3))
     evaluate(net.points, net.rational, *net.knots, *net.degree, u.ravel(), v.ravel(), out)
     return SurfaceDerivatives(*out.reshape(6, *u.shape, 3))
+
+
+def scattered_points(net: Net, u: Floats, v: Floats) -> Floats:
+    """Points at each pair (u, v), of shapes that broadcast."""
+    u, v = np.broadcast_arrays(u, v)
+    out = np.empty((u.size, 3))
+    evaluate_points(net.points, net.rational, *net.knots, *net.degree, u.ravel(), v.ravel(), out)
+    return out.reshape(*u.shape, 3)
 
 
 def on_grid(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:

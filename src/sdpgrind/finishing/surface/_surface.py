@@ -308,7 +308,9 @@ class Surface(Described):
 
     def point(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return points Q(u, v) (..., 3) in mm at each pair of parameters `u` and `v`."""
-        return self.derivatives(u, v).point
+        at_u, at_v = self._parameters(u, v)
+        evaluation.fitting(u=at_u, v=at_v)
+        return evaluation.scattered_points(self._net, at_u, at_v)
 
     def grid(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
         """Return points and derivatives (n, m, 3) in mm at each of `u` (n,) with each of `v` (m,)."""
