@@ -7,6 +7,7 @@ Of two workers that collect, one begins at the last file: they meet in the middl
 rewrite the assertions of every file at the same time (measured: 23 s of CPU time each, on a clean clone).
 """
 
+import gc
 import os
 import sys
 import time
@@ -107,3 +108,20 @@ def few_pushes(monkeypatch):
     kinds, size = plan.default_kinds, plan.Size
     monkeypatch.setattr(plan, "default_kinds", lambda top_speed: kinds(top_speed)[::2])
     monkeypatch.setattr(plan, "Size", lambda: size(offsets=32, frictions=3))
+
+
+@pytest.fixture
+def thawed():
+    """Nothing is kept out of the collector when the test begins, as in a process of a user."""
+    gc.unfreeze()
+    yield
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(scope="module")
+def frozen():
+    """Live runs find what was imported kept out of the collector, even where a server let it go before."""
+    if gc.get_freeze_count() == 0:
+        gc.collect()
+        gc.freeze()

@@ -12,6 +12,7 @@ from live_fakes import PERIOD, Failing, asleep, broken
 
 import hwsim
 
+pytestmark = pytest.mark.usefixtures("frozen")
 SAFE = {"close": 1.0}
 LONG = 1.0  # s; see test_live
 
@@ -123,13 +124,11 @@ def test_a_machine_with_a_computer_of_its_own_takes_the_safe_command_at_its_next
     assert "live_overruns" in outcome and "worst_response" in outcome
 
 
-def test_what_the_user_froze_stays_frozen():
+def test_what_the_user_froze_stays_frozen(thawed):
     gc.freeze()
-    try:
-        hwsim.run(Tank(level=0.5, tick=0.01), Drain(10.0), live=live())
-        assert gc.get_freeze_count() > 0
-    finally:
-        gc.unfreeze()
+    hwsim.run(Tank(level=0.5, tick=0.01), Drain(10.0), live=live())
+    assert gc.get_freeze_count() > 0
+    gc.unfreeze()
     hwsim.run(Tank(level=0.5, tick=0.01), Drain(10.0), live=live())
     assert gc.get_freeze_count() == 0
 
