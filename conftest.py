@@ -7,8 +7,8 @@ example of a property has a deadline: the first one may compile.
 
 Garbage is collected more seldom than by default: collectors walk through all that was imported (measured: 3.7
 of 62 s of CPU time over reports, dynamic programs and pages, 1.2 s now). What is there once all tests are
-collected is kept out of it, else a live run, which collects at its beginning, takes longer for that than for the
-run (measured: 0.5 s of 0.7 s among some 20 000 tests).
+collected is kept out of it, else a live run, which collects at its beginning, takes longer for that than for
+all else (measured: 0.5 s of 0.7 s among some 20 000 tests).
 """
 
 import gc
