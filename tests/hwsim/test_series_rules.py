@@ -352,7 +352,7 @@ def hurried(monkeypatch):
     return told
 
 
-def test_signals_and_the_collector_are_as_before_after_a_run(hurried, thawed):
+def test_signals_and_the_collector_are_as_before_after_a_run(hurried):
     before, control = handlers(), live()
     assert gc.get_freeze_count() == 0
     with pytest.raises(ZeroDivisionError), series.operated(control):
@@ -364,14 +364,17 @@ def test_signals_and_the_collector_are_as_before_after_a_run(hurried, thawed):
     assert gc.get_freeze_count() == 0
 
 
-def test_what_the_user_froze_stays_frozen(hurried, thawed):
+def test_what_the_user_froze_stays_frozen(hurried):
     gc.freeze()
-    with series.operated(live()):
-        pass
-    assert gc.get_freeze_count() > 0
+    try:
+        with series.operated(live()):
+            pass
+        assert gc.get_freeze_count() > 0
+    finally:
+        gc.unfreeze()
 
 
-def test_garbage_is_collected_before_it_is_frozen(hurried, thawed, monkeypatch):
+def test_garbage_is_collected_before_it_is_frozen(hurried, monkeypatch):
     calls = []
     for name in ("collect", "freeze", "unfreeze"):
         monkeypatch.setattr(series.gc, name, lambda name=name: calls.append(name))
