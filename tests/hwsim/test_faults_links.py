@@ -18,6 +18,7 @@ from hwsim._live.wall import take_safe
 from hwsim.opcua._course import PacedPart
 from hwsim.opcua._space import URI
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
 COUNTER = Counter()
 MS = 1_000_000
 

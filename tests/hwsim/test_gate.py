@@ -24,6 +24,8 @@ from hwsim.opcua._gate_process import RunnerProcess
 from hwsim.opcua._gate_rules import GateAnswer, GatedForwarding, GateRules, Handed
 from hwsim.opcua._slots import Slots, mapped, shared
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
+
 MS = 1_000_000  # ns
 SAFE = {"stop": 1.0}
 NAMES = ("rate", "stop", "path")

@@ -32,6 +32,7 @@ from hwsim._part.part import LivePart
 from hwsim._report.releases import missed_releases
 from sdpgrind import DamagedFileError, plunge, weldbead
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
 SAFE = {"close": 1.0}
 TANK = Tank(level=4.0, tick=PERIOD / 2)
 LONG = 1.0  # deadline where nothing is to be late, s; above what a busy machine makes a thread wait

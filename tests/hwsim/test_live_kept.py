@@ -1,6 +1,5 @@
 """What stays of a run against the clock: acts, aborted parts, names, and the state of the process."""
 
-import gc
 import threading
 from typing import ClassVar
 
@@ -12,6 +11,7 @@ from live_fakes import PERIOD, Failing, asleep, broken
 
 import hwsim
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
 SAFE = {"close": 1.0}
 LONG = 1.0  # s; see test_live
 
@@ -121,17 +121,6 @@ def test_a_machine_with_a_computer_of_its_own_takes_the_safe_command_at_its_next
     outcome = caught.value.log.outcome.isel(part=-1)
     assert str(outcome.safe_by.values) == "link"  # the machine did not refuse it
     assert "live_overruns" in outcome and "worst_response" in outcome
-
-
-def test_what_the_user_froze_stays_frozen():
-    gc.freeze()
-    try:
-        hwsim.run(Tank(level=0.5, tick=0.01), Drain(10.0), live=live())
-        assert gc.get_freeze_count() > 0
-    finally:
-        gc.unfreeze()
-    hwsim.run(Tank(level=0.5, tick=0.01), Drain(10.0), live=live())
-    assert gc.get_freeze_count() == 0
 
 
 def test_a_watchdog_in_a_tier_is_refused():

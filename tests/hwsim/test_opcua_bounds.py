@@ -12,6 +12,8 @@ from opcua_fakes import ANY, Axis, Drive, live
 import hwsim
 from hwsim.opcua._bounds import CHUNK, MalformedError, messages
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
+
 
 def message(kind, body, chunk=b"F"):
     return kind + chunk + (8 + len(body)).to_bytes(4, "little") + body

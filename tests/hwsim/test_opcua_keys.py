@@ -15,6 +15,8 @@ from hwsim import cli
 from hwsim.opcua import _desk, _keys
 from hwsim.opcua._desk import Failures
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
+
 USERS = {"operator": "correct horse", "observer": "battery"}
 
 

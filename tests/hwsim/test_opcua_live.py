@@ -26,6 +26,8 @@ from hwsim.opcua._remote import Remote
 from hwsim.opcua._sample import ReadSample, checked, read_number
 from hwsim.opcua._space import URI
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
+
 
 @pytest.fixture
 def axis():

@@ -15,6 +15,7 @@ from hwsim.opcua._foreign import ForeignMachine, read_nodes
 from hwsim.opcua._kinds import ends
 from hwsim.opcua._space import StandardNodes
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
 TABLE = """
 [measures.place]
 node = "ns=2;s=DB.Place"

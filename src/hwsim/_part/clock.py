@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from math import gcd, lcm
 
 import numpy as np
@@ -14,6 +15,7 @@ _SIMPLEST = 1_000_000  # largest denominator of a rate; chosen: a microsecond
 _ROUNDING = 1e-15  # relative; chosen: above the rounding of a float (1/60), below any chance agreement
 
 
+@lru_cache(maxsize=256)
 def simplest(value: float) -> Fraction:
     """Return the simplest fraction nearest to the float `value` (1/60); its binary value if there is none."""
     fraction = Fraction(value).limit_denominator(_SIMPLEST)

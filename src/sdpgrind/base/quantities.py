@@ -298,8 +298,8 @@ def units_of(cls: type) -> dict[str, str]:
 
 def valued(thing: Any, names: Iterable[str]) -> dict[str, tuple[Any, str]]:
     """Return fields by name with their units."""
-    known = units_of(type(thing))
-    return {name: (getattr(thing, name), known.get(name, "")) for name in names}
+    known = specs(type(thing))
+    return {name: (getattr(thing, name), known[name].unit if name in known else "") for name in names}
 
 
 def trusted(cls: type[Made], **values: Any) -> Made:

@@ -225,10 +225,9 @@ class PlungeGrinder(Described):
     def _own_drive(self) -> Drive:
         """Feed drive and power monitor, with the lag and step that the plant overrides."""
         drive = self.problem.drive if self.drive is None else self.drive
-        return drive.replace(
-            power_lag=self.power_lag or drive.power_lag,
-            command_quantum=self.command_quantum or drive.command_quantum,
-        )
+        own = {name: getattr(self, name) for name in ("power_lag", "command_quantum")}
+        changed = {name: value for name, value in own.items() if value}
+        return drive.replace(**changed) if changed else drive
 
     def _inspected(self, rng: np.random.Generator) -> Callable[[float], dict[str, float]]:
         """Readings of an inspection by the reserve of a part."""

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import casadi as ca
@@ -121,7 +121,7 @@ class Problem(Described):
         """Names of the hidden states."""
         return tuple(self.hidden)
 
-    @property
+    @cached_property
     def varying(self) -> tuple[Varying, ...]:
         """Constraints of the model or the user, with their units."""
         return tuple(self.constraints) if self.model is None else tuple(self.model.constraints)

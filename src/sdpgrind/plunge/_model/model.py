@@ -2,7 +2,7 @@
 
 import math
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -143,6 +143,9 @@ class PlungeModel(Described):
         self._warn_of_area()
         if self.grinding_ratio < 1.0:
             warn(f"grinding_ratio = {self.grinding_ratio:g}: the wheel loses more than the work")
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # immutable
 
     def _warn_of_area(self) -> None:
         law = self.power.sliding

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from math import inf, isclose
 from typing import Any, ClassVar, Self, TypeVar
 
@@ -98,6 +99,9 @@ class CycleProblem(Described):
                 f" deflection limits the rate; got {self.drive.feed_lag:g}"
             )
         self._warn_of_delay()
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self  # immutable
 
     def _warn_of_delay(self) -> None:
         delay, samples = self.drive.feed_delay, self.drive.delay_samples(self.sample_time)
@@ -201,7 +205,7 @@ class CycleProblem(Described):
             grinding_ratio=grinding_ratio(model, float(wear)),
         )
 
-    @property
+    @cached_property
     def job(self) -> Mapping[str, object]:
         """Part and machine, name -> (value, unit), without estimated values."""
         diameters = valued(self.model, ("wheel_diameter", "work_diameter", "width"))
