@@ -2,7 +2,9 @@
 
 from sdpgrind.codegen._export import recipe_of as recipe_of
 from sdpgrind.codegen._files.vectors import LibrarySteps as LibrarySteps
+from sdpgrind.codegen._files.vectors import Varied as Varied
 from sdpgrind.codegen._files.vectors import bounds_of as bounds_of
+from sdpgrind.codegen._files.vectors import rows_of as rows_of
 from sdpgrind.codegen._fmi.base_units import base_unit as base_unit
 from sdpgrind.codegen._fmi.description import model_description as model_description
 from sdpgrind.codegen._proof import compilers as compilers
