@@ -1,68 +1,52 @@
-"""Exports in C against the library: ``python benchmarks/exports.py [--only NAME] [--parts N] [--steps N]``.
+"""Exports in C against the library: ``python benchmarks/exports.py [--only NAME] [--things NAME ...]``.
 
-Loops in hwsim with C inside, mutants that the self-test finds, branches that it reaches, time of a step.
+Bits of each thing by each compiler and level, loops in hwsim with C inside, mutants that the self-test finds,
+branches that it reaches, time of a step.
 """
 
 import argparse
-import random
+import ctypes
+import importlib.util
 import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import numpy as np
+from exports_mutants import FLAGS, mutants
+from exports_things import THINGS, bead, cycle, ring, torque
 from measure import clock
 
 import centering
 import hwsim
 import sdpgrind
 from centering.circle._estimator import estimator as of_rings
-from sdpgrind import finishing, plunge, units, weldbead
-from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind import weldbead
 from sdpgrind.codegen import Exported, Recipe
-from sdpgrind.codegen._files.vectors import ROWS, Varied, rows_of
-from sdpgrind.codegen._proof.check import _wrong
-from sdpgrind.codegen._proof.library import Library
-from sdpgrind.weldbead import force
+from sdpgrind.codegen._files.shell import reset_state
+from sdpgrind.codegen._files.vectors import rows_of
+from sdpgrind.codegen._proof.compilers import compiled
 
-FLAGS = ("-std=c99", "-ffp-contract=off", "-w")
-
-
-def cycle() -> Any:
-    return plunge.CycleController(plunge.preset("simulation"), safety_margin=0.05)
+# -- bits --------------------------------------------------------------------------------------------------
 
 
-def motion() -> Any:
-    path = finishing.hilbert(finishing.surface.flat_surface(6.4), 2, mapping="parametric")
-    return finishing.plan(finishing.FinishingProblem(path, friction_ratio=0.0))
-
-
-def torque() -> Any:
-    return finishing.TorqueController(finishing.TorqueAxis(), motion(), normal_force=1.111, kind="lqg")
-
-
-def press() -> Any:
-    time = np.array([0.0, 0.4, 1.0, 2.0])
-    planned = {"time": time, "normal_force": [30.0, 30.0, 55.0, 20.0], "fly_height": [10.0, 9.9, 9.8, 10.0]}
-    plan = type("Plan", (), {**planned, "center_x": 30.0 * time})
-    return force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
-
-
-def bead() -> Any:
-    return weldbead.plan(weldbead.preset("P1"), tolerance=1e-3)
-
-
-def ring() -> Any:
-    return centering.GeometryEstimator(noise_sd=0.002)
-
-
-THINGS: dict[str, Callable[[], Any]] = {
-    "bead": bead, "cycle": cycle, "torque": torque, "press": press, "ring": ring,
-}  # fmt: skip
+def bits(name: str, steps: int) -> None:
+    """Print the steps that differ from the library, of many by gcc -O2 and of a tenth by all builds."""
+    with tempfile.TemporaryDirectory() as kept:
+        made = sdpgrind.export(THINGS[name](), Path(kept) / "thing")
+        begin = clock()
+        most = made.check(steps, ("gcc",), levels=("-O2",), targets=(), rng=1)
+        rate = steps / (clock() - begin)
+        each = made.check(steps // 10, rng=2)
+    told = ", ".join(each.missing) or "none"
+    print(
+        f"| {name} | {most.differing} | {each.differing} of {len(each.builds)} builds | {told} | {rate:.0f} |",
+        flush=True,
+    )
 
 
 # -- loops -------------------------------------------------------------------------------------------------
@@ -129,111 +113,104 @@ def _ring(place: Path, parts: int) -> tuple[Any, Any]:
 
 # -- the self-test -----------------------------------------------------------------------------------------
 
-SWAP = {
-    "+": "-", "-": "+", "*": "/", "/": "*", "<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "==",
-    "&&": "||", "||": "&&",
-}  # fmt: skip
-SIGN = r"(?<= )(\+|-|\*|/|<=|>=|<|>|==|!=|&&|\|\|)(?= )"
-NUMBER = r"(?<![\w.\[])(\d+\.\d+(?:e-?\d+)?|0x[0-9a-f.]+p[+-]?\d+|\d+)(?![\w.])"
-LEFT_OUT = (r"/\*.*?\*/", r"^#.*?$", r"^static [^;{]*;$", r"\b[a-z0-9_]+ \*?\w+\[\d+\](?= = |;)")
 
-
-def mutants(name: str, count: int, steps: int) -> None:
-    """Change operators and numbers one by one; of those that change any of many steps, count the found."""
+def fast(name: str) -> None:
+    """Print whether the self-test finds that multiply-adds are fused: clang ignores the pragma of the C."""
     with tempfile.TemporaryDirectory() as kept:
-        place = Path(kept)
-        made = sdpgrind.export(THINGS[name](), place / "thing")
-        text, found = (place / "thing/thing.c").read_text(), {"found": 0, "missed": 0, "no effect": 0}
-        test = place / "test.o"
-        subprocess.run(["gcc", *FLAGS, "-O2", "-c", place / "thing/thing_selftest.c", "-o", test], check=True)
-        for k, changed in enumerate(_changed(text)):
-            if found["found"] + found["missed"] >= count:
-                break
-            folder = place / f"m{k}"
-            folder.mkdir()
-            (folder / "thing.c").write_text(changed)
-            shutil.copy(place / "thing/thing.h", folder)
-            told = _judged(made.recipe, place / "thing", folder, test, steps)
-            if told:
-                found[told] += 1
-    print(
-        f"| {name} | {found['found']} of {found['found'] + found['missed']} | {found['no effect']} |",
-        flush=True,
-    )
-
-
-def _changed(text: str) -> Iterator[str]:
-    blank = text
-    for pattern in LEFT_OUT:
-        blank = re.sub(pattern, lambda m: " " * len(m[0]), blank, flags=re.S | re.M)
-    start = text.index("FP_CONTRACT")
-    places = [m for m in re.finditer(f"{SIGN}|{NUMBER}", blank) if m.start() > start]
-    rng = random.Random(1)
-    rng.shuffle(places)
-    for m in places:
-        yield text[: m.start()] + _other(m, rng) + text[m.end() :]
-
-
-def _other(m: re.Match[str], rng: random.Random) -> str:
-    if m[1]:
-        return SWAP[m[1]]
-    if re.fullmatch(r"\d+", m[2]):
-        return str(max(0, int(m[2]) + rng.choice([-1, 1]))) if int(m[2]) else "1"
-    number = float.fromhex(m[2]) if m[2].startswith("0x") else float(m[2])
-    return repr(number * 1.01 if number else 0.5)
-
-
-def _judged(recipe: Recipe, good: Path, folder: Path, test: Path, steps: int) -> str:
-    """Return "found", "missed", "no effect"; "" where it does not compile."""
-    done = subprocess.run(
-        ["gcc", *FLAGS, "-O1", folder / "thing.c", test, "-lm", "-o", folder / "t"], capture_output=True
-    )
-    if done.returncode:
-        return ""
-    try:
-        if subprocess.run([folder / "t"], capture_output=True, timeout=120).returncode:
-            return "found"
-    except subprocess.TimeoutExpired:
-        return "found"
-    sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
-    pair = [Library(one, folder, "thing", sizes, "gcc", "-O1") for one in (good, folder)]
-    varied = Varied(recipe, *rows_of(recipe, np.random.default_rng(7), 4 * ROWS))
-    for _ in range(steps // 20_000):
-        given = varied.take(20_000)
-        if _wrong(*(one.take(*given) for one in pair)).any():
-            return "missed"
-    return "no effect"
+        made = sdpgrind.export(THINGS[name](), Path(kept) / "thing")
+        sources = sorted(made.path.glob("*.c"))
+        command = [
+            "clang",
+            "-std=c99",
+            "-O2",
+            "-mfma",
+            "-ffp-contract=fast",
+            "-w",
+            *sources,
+            "-lm",
+            "-o",
+            "t",
+        ]
+        if not shutil.which("clang") or subprocess.run(command, cwd=kept).returncode:
+            print(f"| {name} | not run | |", flush=True)
+            return
+        run = subprocess.run(["./t"], cwd=kept, capture_output=True, text=True)
+        print(
+            f"| {name} | {'found' if run.returncode == 1 else 'not found'} | {run.stdout.strip().splitlines()[-1]} |",
+            flush=True,
+        )
 
 
 def branches(name: str) -> None:
-    """Print the share of branches of the C that the self-test takes, by gcov."""
+    """Print the share of branches of the C that the self-test takes, by gcov, and of those that are no guards."""
     with tempfile.TemporaryDirectory() as kept:
         made = sdpgrind.export(THINGS[name](), Path(kept) / "thing")
-        print(f"| {name} | {100 * branch_share(made):.1f} % |", flush=True)
+        taken, guards, every = branches_taken(made)
+        reached = taken / max(every - guards, 1)
+        print(
+            f"| {name} | {every} | {100 * taken / every:.1f} % | {guards} | {100 * reached:.1f} % |",
+            flush=True,
+        )
 
 
-def branch_share(made: Exported) -> float:
-    """Return the share of branches that are taken at least once."""
+def branches_taken(made: Exported) -> tuple[int, int, int]:
+    """Return branches taken at least once, guards among the others, and all.
+
+    Guards are named in the C, ``/* guard */``, or ends of loops that are always left before their bound.
+    """
+    taken = guards = every = 0
+    line = ""
+    for text in _covered(made).splitlines():
+        found = re.match(r"branch +\d+ (?:taken (\d+)|never executed)", text)
+        if not found:
+            line = text if re.match(r" *[^ ]+: *\d+:", text) else line
+            continue
+        every += 1
+        if int(found[1] or 0):
+            taken += 1
+        elif "/* guard */" in line or re.search(r": +for \(", line):
+            guards += 1
+    return taken, guards, every
+
+
+def _covered(made: Exported) -> str:
+    """Return the source with the counts of gcov after a run of the self-test."""
     with tempfile.TemporaryDirectory() as kept:
         for path in made.path.glob("*.[ch]"):
             shutil.copy(path, kept)
         sources = sorted(path.name for path in Path(kept).glob("*.c"))
         subprocess.run(["gcc", *FLAGS, "-O0", "--coverage", *sources, "-lm", "-o", "t"], cwd=kept, check=True)
         subprocess.run(["./t"], cwd=kept, check=True, capture_output=True)
-        name = f"{made.manifest['name']}.c"
-        told = subprocess.run(
-            ["gcov", "-b", "-o", f"t-{name[:-2]}.gcda", name], cwd=kept, capture_output=True, text=True
-        )
-        lines = (Path(kept) / f"{name}.gcov").read_text()
-        del told
-    taken = [
-        int(one) for one in re.findall(r"^branch +\d+ (?:taken (\d+)%|never executed)", lines, re.M) if one
-    ]
-    every = len(re.findall(r"^branch +\d+", lines, re.M))
-    return sum(one > 0 for one in taken) / max(every, 1)
+        name = str(made.manifest["name"])
+        command = ["gcov", "-b", "-c", "-o", f"t-{name}.gcda", f"{name}.c"]
+        subprocess.run(command, cwd=kept, check=True, capture_output=True)
+        return (Path(kept) / f"{name}.c.gcov").read_text()
 
 
 # -- time --------------------------------------------------------------------------------------------------
+
+
+_LOOP = """\
+#include "thing.h"
+#include <string.h>
+double thing_loop(thing_state *state, int64_t count, const double *rows, const uint8_t *resets);
+double thing_loop(thing_state *state, int64_t count, const double *rows, const uint8_t *resets)
+{
+    double total = 0.0;
+    for (int64_t k = 0; k < count; k++) {
+        thing_input in;
+        thing_output out;
+        memcpy(&in, &rows[k * (int64_t)(sizeof in / sizeof(double))], sizeof in);
+        memset(&out, 0, sizeof out);
+        if (resets[k] != 0) {
+            thing_reset(state);
+        }
+        thing_step(state, &in, &out);
+        total += *(double *)&out;
+    }
+    return total;
+}
+"""
 
 
 def speed(name: str, steps: int) -> None:
@@ -241,49 +218,79 @@ def speed(name: str, steps: int) -> None:
     with tempfile.TemporaryDirectory() as kept:
         made = sdpgrind.export(THINGS[name](), Path(kept) / "thing")
         recipe = made.recipe
-        sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
-        library = Library(made.path, Path(kept), "thing", sizes, "gcc", "-O2")
         rows, resets = rows_of(recipe, np.random.default_rng(1), steps)
         usable = recipe.usable(rows)
-        rows, resets = np.ascontiguousarray(rows[usable]), np.zeros(int(usable.sum()), dtype=bool)
-        found = [_best(lambda: library.take(rows, resets)), _best(_numba_loop(recipe, rows))]
-    each = [1e9 * one / len(rows) for one in found]
-    print(f"| {name} | {each[0]:.0f} | {each[1]:.0f} | {each[0] / each[1]:.2f} |", flush=True)
+        rows, resets = np.ascontiguousarray(rows[usable]), np.diff(np.cumsum(resets)[usable], prepend=0) > 0
+        runs = _c_loop(made, Path(kept), rows, resets), _numba_loop(recipe, Path(kept), rows, resets)
+        for run in runs:
+            run()
+        times = np.array([[_timed(one) for one in runs] for _ in range(15)])
+        found = 1e9 * times.min(axis=0) / len(rows)
+    print(f"| {name} | {found[0]:.0f} | {found[1]:.0f} | {found[0] / found[1]:.2f} |", flush=True)
 
 
-def _best(run: Callable[[], object]) -> float:
-    times = []
-    for _ in range(7):
-        begin = clock()
-        run()
-        times.append(clock() - begin)
-    return min(times)
+def _timed(run: Callable[[], object]) -> float:
+    begin = clock()
+    run()
+    return clock() - begin
 
 
-def _numba_loop(recipe: Recipe, rows: Any) -> Callable[[], object]:
-    """Loop as that of the C: rows in, states and outputs kept."""
-    step, law = recipe.step, ", ".join(f"l{k}" for k in range(len(recipe.law)))
-    given = ", ".join(f"rows[k, {j}]" for j in range(rows.shape[1]))
-    text = (
-        f"def loop(state, {law + ',' if law else ''} rows, states, outs):\n"
-        "    for k in range(rows.shape[0]):\n"
-        f"        step(state, {law + ',' if law else ''} {given}, outs[k])\n"
-        "        for j in range(state.size):\n"
-        "            states[k, j] = state[j]\n"
+def _c_loop(made: Exported, folder: Path, rows: Any, resets: Any) -> Callable[[], object]:
+    (folder / "loop.c").write_text(_LOOP)
+    sources = [made.path / "thing.c", folder / "loop.c"]
+    compiled("gcc", sources, folder / "loop.so", "-shared", "-fPIC", f"-I{made.path}", "-O2")
+    library, state = ctypes.CDLL(str(folder / "loop.so")), np.zeros(made.recipe.state.size)
+    library.thing_loop.restype = ctypes.c_double
+
+    def run() -> object:
+        places = [ctypes.c_void_p(one.ctypes.data) for one in (state, rows, resets)]
+        library.thing_reset(places[0])
+        return library.thing_loop(places[0], ctypes.c_int64(len(rows)), *places[1:])
+
+    return run
+
+
+def _numba_loop(recipe: Recipe, folder: Path, rows: Any, resets: Any) -> Callable[[], object]:
+    """Loop as that of the C: rows in, the first output summed."""
+    law = "".join(f"l{k}, " for k in range(len(recipe.law)))
+    after = "".join(f"a{k}, " for k in range(len(recipe.after)))
+    given = "".join(f"rows[k, {j}], " for j in range(rows.shape[1]))
+    file = folder / "loop_of_step.py"
+    file.write_text(
+        "from sdpgrind.base.compiling.compiled import compiled\n\n\n"
+        "def made(step):\n"
+        '    @compiled(error_model="numpy")\n'
+        f"    def loop(state, {law}{after}rows, resets, fresh, out):\n"
+        "        total = 0.0\n"
+        "        for k in range(rows.shape[0]):\n"
+        "            if resets[k]:\n"
+        "                for j in range(state.size):\n"
+        "                    state[j] = fresh[j]\n"
+        "            for j in range(out.size):\n"
+        "                out[j] = 0.0\n"
+        f"            step(state, {law}{given}{after}out)\n"
+        "            total += out[0]\n"
+        "        return total\n\n"
+        "    return loop\n"
     )
-    known: dict[str, Any] = {"step": step}
-    exec(text, known)
-    loop = compiled(known["loop"])
-    states, outs = np.zeros((len(rows), recipe.state.size)), np.zeros((len(rows), len(recipe.outputs)))
-    return lambda: loop(recipe.state.copy(), *recipe.law, rows, states, outs)
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    loop, out, fresh = module.made(recipe.step), np.zeros(len(recipe.outputs)), reset_state(recipe)
+    return lambda: loop(fresh.copy(), *recipe.law, *recipe.after, rows, resets, fresh, out)
 
 
 PARTS = {
+    "bits": lambda asked: _each(
+        "1e6 steps, gcc -O2: differ | 1e5 steps each: differ | left out | steps a second",
+        lambda one: bits(one, asked.steps),
+    ),
     "loops": lambda asked: loops(asked.parts),
     "mutants": lambda asked: _each(
-        "self-test finds | without effect", lambda one: mutants(one, 100, asked.steps)
+        "self-test finds | without effect | missed", lambda one: mutants(one, 100, asked.steps)
     ),
-    "branches": lambda asked: _each("branches taken", branches),
+    "fast": lambda asked: _each("clang -ffp-contract=fast | told", fast),
+    "branches": lambda asked: _each("branches | taken | guards | taken of others", branches),
     "speed": lambda asked: _each("C, ns | numba, ns | ratio", lambda one: speed(one, 20_000)),
 }
 

@@ -2,9 +2,12 @@
 
 from sdpgrind.codegen._export import recipe_of as recipe_of
 from sdpgrind.codegen._files.vectors import LibrarySteps as LibrarySteps
+from sdpgrind.codegen._files.vectors import Varied as Varied
 from sdpgrind.codegen._files.vectors import bounds_of as bounds_of
+from sdpgrind.codegen._files.vectors import rows_of as rows_of
 from sdpgrind.codegen._fmi.base_units import base_unit as base_unit
 from sdpgrind.codegen._fmi.description import model_description as model_description
 from sdpgrind.codegen._proof import compilers as compilers
+from sdpgrind.codegen._translate.values import identical as identical
 from sdpgrind.locus._trace.table import LocusTable as LocusTable
 from sdpgrind.sdp._policy.small_tables import small_of as small_of

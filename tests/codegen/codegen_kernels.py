@@ -266,3 +266,47 @@ def counted(state, x, out):
         state[1] += room[k]
     out[0] = state[1]
     return 0
+
+
+class Rule(NamedTuple):
+    """Numbers of a rule of which one is made in a kernel."""
+
+    limit: float
+    gain: float
+    on: bool
+
+
+@compiled(error_model="numpy")
+def _limited(rule, x, lag):
+    """Within a limit, where there is one; late, where there is a lag."""
+    late = x * lag if lag > 0.0 else x
+    if rule.on and rule.limit > 0.0:
+        return min(max(late, -rule.limit), rule.limit) * rule.gain
+    return late * rule.gain
+
+
+@compiled(error_model="numpy")
+def _allowed(rule):
+    return rule.on and rule.limit > 1.0
+
+
+@compiled(error_model="numpy")
+def known(state, rule, lag, flags, x, y, out):
+    """Branches that a law decides, through variables, tuples, calls, tables and loops of one turn."""
+    made = Rule(2.0 * rule.limit, y, rule.on)
+    zero = 0.0
+    out[0] = _limited(rule, x, lag) + _limited(made, x, zero)
+    if _allowed(rule):
+        out[1] = 1.0
+    sign = -0.0
+    for k in range(1, 2):
+        out[2] = x if k == 0 else y * sign
+        sign = min(sign, np.inf)
+        x = max(x, -np.inf)
+    out[3] = flags[int(abs(x)) % 3] + (1 if zero <= y < 0.0 else 2)
+    if not rule.on:
+        return 1
+    if x > 1e300:  # guard: beyond what is handed over
+        return -1
+    out[4] = 1.0 if rule.on and not lag > 0.0 else np.exp(x)
+    return 0

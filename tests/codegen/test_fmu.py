@@ -308,6 +308,27 @@ def test_a_path_with_other_content_is_kept(tmp_path):
     assert [one.name for one in tmp_path.iterdir()] == ["low.fmu"]
 
 
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_unit_of_another_maker_is_kept(tmp_path, overwrite):
+    """One with other files, one with a manifest of its own, and one of ours to which notes were added."""
+    description = {"modelDescription.xml": b"<fmiModelDescription/>"}
+    other = {**description, "resources/manifest.json": b'{"files": {"modelDescription.xml": ""}}'}
+    with zipfile.ZipFile(exported("low_pass").path) as archive:
+        added = {one: archive.read(one) for one in archive.namelist()} | {"documentation/notes.txt": b"mine"}
+    made = "that sdpgrind.export wrote"
+    for k, (files, words) in enumerate(
+        ((description, made), (other, made), (added, "documentation/notes.txt"))
+    ):
+        path = tmp_path / f"unit_{k}.fmu"
+        with zipfile.ZipFile(path, "w") as archive:
+            for name, content in files.items():
+                archive.writestr(name, content)
+        before = path.read_bytes()
+        with pytest.raises(ValueError, match=words):
+            sdpgrind.export(low_pass(), path, target="fmi2", overwrite=overwrite)
+        assert path.read_bytes() == before
+
+
 def test_wrong_paths(tmp_path):
     (tmp_path / "text.fmu").write_text("notes")
     for path, words in (("low.zip", r"end in \.fmu"), ("text.fmu", "be an FMU, or not exist yet")):

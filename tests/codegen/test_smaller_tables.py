@@ -6,7 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from codegen_inside import small_of
+from codegen_inside import LibrarySteps, Varied, rows_of, small_of
 from scipy.special import erf, erfc
 
 import sdpgrind
@@ -154,6 +154,9 @@ def test_a_policy_of_the_solver(tmp_path):
     made = sdpgrind.export(plan, tmp_path / "plan")
     assert made.check(STEPS, ["gcc"], levels=["-O2"], targets=()).differing == 0
     assert made.manifest["libm"] == ["log"] and made.manifest["status"] == ["end", "go", "flip"]
+    varied = Varied(made.recipe, *rows_of(made.recipe, np.random.default_rng(0), 100))
+    taken = LibrarySteps(made.recipe).take(*varied.take(1000)).codes
+    assert np.mean(taken >= 0) > 0.5  # a mode between two is refused: the self-test varies none
     controller, rng = made.controller(), np.random.default_rng(0)
     for _ in range(100):
         state = {"x": rng.uniform(0.05, 2.2), "y": rng.uniform(-0.1, 1.1), "left": rng.uniform(0.0, 1.5)}

@@ -1,10 +1,12 @@
 """Every construct of the subset: C against numba, in bits."""
 
 import shutil
+import subprocess
 
 import codegen_kernels as kernels
 import numpy as np
 import pytest
+from codegen_inside import compilers, identical
 
 import sdpgrind
 from sdpgrind.codegen import Recipe
@@ -53,3 +55,37 @@ def test_constants_of_a_law(tmp_path):
     made = sdpgrind.export(recipe(kernels.constants, law=law), tmp_path / "thing")
     found = made.check(3000, ["gcc"], levels=["-O2"], targets=())
     assert found.differing == 0, found.first
+
+
+@gcc
+@pytest.mark.parametrize("on", [True, False])
+@pytest.mark.parametrize("lag", [0.0, 0.25])
+def test_branches_that_a_law_decides(tmp_path, on, lag):
+    """They are left out, with the bits of the library; what is in the C no more, its helpers neither."""
+    law = (kernels.Rule(1.5, 0.3, on), lag, np.full(3, -7, dtype=np.int16))
+    made = sdpgrind.export(recipe(kernels.known, law=law), tmp_path / "thing")
+    found = made.check(3000, ["gcc"], levels=["-O0", "-O2"], targets=())
+    assert found.differing == 0, found.first
+    for compiler in compilers.found(("gcc", "clang"))[0]:
+        command = [
+            compiler,
+            "-std=c99",
+            "-O2",
+            *compilers.STRICT,
+            "-c",
+            "thing.c",
+            "-o",
+            tmp_path / "thing.o",
+        ]
+        subprocess.run(command, cwd=made.path, check=True)
+    text = (made.path / "thing.c").read_text()
+    assert ("exp(" in text) == (on and lag > 0.0) == bool(made.manifest["libm"])
+    assert "thing_allowed" not in text and "1.5 /* limit */ >" not in text and "for (" not in text
+    assert ("if (x > 1e+300) { /* guard */" in text) == on
+
+
+def test_what_differs_in_a_sign_is_no_constant():
+    """0.0 and -0.0, 1 and 1.0 and True are not the same number."""
+    pairs = [(0.0, -0.0), (1, 1.0), (1, True), (np.nan, np.nan), (None, 0)]
+    assert not any(identical(one, other) for one, other in pairs)
+    assert identical(-0.0, -0.0) and identical(None, None) and identical(2, 2)

@@ -80,9 +80,10 @@ def export(
         When the thing cannot be exported.
     ValueError
         When a kernel is outside the subset that is translated (file, line, construct and what to write
-        instead), a name is no identifier of C or is taken by its headers, or the folder holds something
-        else; when the value lost ($) is above `lost_max` in every form, or cannot be computed, as the plan
-        was loaded without its problem; when the thing has no tables that can be rounded.
+        instead), a name is no identifier of C or is taken by its headers, or the folder or FMU was not
+        exported, or holds something else; when the value lost ($) is above `lost_max` in every form, or
+        cannot be computed, as the plan was loaded without its problem; when the thing has no tables that can
+        be rounded.
     FileExistsError
         When `path` holds another export and `overwrite` is False.
 

@@ -35,7 +35,7 @@ def rotate(array, row):
     for i in range(size):
         pivot, entry = array[i, i], row[i]
         square = pivot * pivot + entry * entry
-        if entry == 0.0 or square == 0.0:
+        if entry == 0.0 or square == 0.0:  # guard
             continue
         inverse = 1.0 / sqrt(square)
         c, s = pivot * inverse, entry * inverse
@@ -59,7 +59,7 @@ def back_substitute(array, column, out):
         rest = array[i, column]
         for j in range(i + 1, size):
             rest -= array[i, j] * out[j]
-        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
+        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0  # guard
 
 
 @compiled(error_model="numpy")

@@ -128,7 +128,7 @@ def _long_noise(state, differences):
     quick = max(differences - 0.5 * state[at.FORM_SQUARES] / state[at.TOLD_COUNT], 0.0)
     first = each * each
     middle = _MIDDLE**2 * first
-    x = max(2.0 * quick / (_MARGIN * low) - middle, 0.0) if low > 0.0 else 0.0
+    x = max(2.0 * quick / (_MARGIN * low) - middle, 0.0) if low > 0.0 else 0.0  # guard
     return np.sqrt(low * (x + _WALK * middle) / (x + first))
 
 
@@ -140,7 +140,7 @@ def _moved_by_form(state):
         array[n // at.SIDE, n % at.SIDE] = state[at.TOTAL + n] + state[at.TURN + n]
     if state[at.BLOCK_COUNT] > 0.0:
         _add_block(state, array)
-    if not _cholesky(array, size):
+    if not _cholesky(array, size):  # guard
         return np.inf
     with_form, without = np.empty(size), np.empty(3)
     back_substitute(array, last, with_form)

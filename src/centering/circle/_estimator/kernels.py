@@ -39,7 +39,7 @@ _EACH = 8  # chosen: readings between these updates
 @compiled(error_model="numpy")
 def _objection(state, angle, reading):
     """Code of the reason why a reading is invalid; TAKEN if it is valid."""
-    if not (np.isfinite(angle) and np.isfinite(reading)):
+    if not (np.isfinite(angle) and np.isfinite(reading)):  # guard
         return NOT_FINITE
     if state[at.LIMACON] == 0.0 and reading <= 0.0:
         return NOT_POSITIVE

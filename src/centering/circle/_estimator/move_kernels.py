@@ -105,14 +105,14 @@ def _move(a, b, c, x, y, largest):
     half = np.hypot(0.5 * (a - c), b)
     more = 0.5 * (a + c) + half
     less = 0.5 * (a + c) - half
-    if more <= _ROUNDED * largest:
+    if more <= _ROUNDED * largest:  # guard
         return 0.0, 0.0, 0.0
     first, second = (more - c, b) if a >= c else (b, more - a)
     length = np.hypot(first, second)
-    first, second = (first / length, second / length) if length > 0.0 else (1.0, 0.0)
+    first, second = (first / length, second / length) if length > 0.0 else (1.0, 0.0)  # guard
     along, across = first * x + second * y, first * y - second * x
     one = along / more
-    other = across / less if less > _TOLD * more + _ROUNDED * largest else 0.0
+    other = across / less if less > _TOLD * more + _ROUNDED * largest else 0.0  # guard
     return one * first - other * second, one * second + other * first, one * along + other * across
 
 

@@ -36,9 +36,13 @@ _STATUS = (
 )
 _PLACES = ("seen", "used", "covered", "index", "prior_radius", "prior_sd")
 _ANGLE_MAX, _READING_MAX = 1e6, 1e5  # chosen: rad, mm; 160 000 turns; no ring is as wide
-_LENGTH, _LONG = 80, 400  # chosen: readings of a chain of the self-test; a shift is told from form after 240
+_LENGTH = 80  # chosen: readings of a chain of the self-test
+_LENGTHS = {"shifted": 400, "crawl": 400, "short": 150, "eased": 150}  # a shift is told from form after 240
 _RADIUS = 60.0  # chosen: mm, of the rings of the self-test
-_FAULTS = ("none", "dust", "moved", "slow", "shifted", "back", "burr", "coarse")
+_FAULTS = (
+    "none", "dust", "moved", "slow", "shifted", "back", "burr", "coarse", "degrees", "short", "crawl",
+    "eased", "beside",
+)  # fmt: skip
 
 
 def recipe_of(state: Floats) -> Recipe:
@@ -76,11 +80,12 @@ class _Rings:
         found: list[Floats] = []
         while len(found) < len(_FAULTS) or sum(map(len, found)) < count:
             fault = _FAULTS[len(found) % len(_FAULTS)]
-            found.append(self._ring(rng, fault, _LONG if fault == "shifted" else _LENGTH))
+            found.append(self._ring(rng, fault, _LENGTHS.get(fault, _LENGTH)))
         return found
 
     def _ring(self, rng: np.random.Generator, fault: str, length: int) -> Floats:
-        step = {"slow": 0.0, "coarse": 0.7}.get(fault, rng.choice([0.02, 0.1, 0.3]))
+        usual = rng.choice([0.02, 0.1, 0.3])
+        step = {"slow": 0.0, "coarse": 0.7, "degrees": 1.5, "short": 0.002, "crawl": 0.01}.get(fault, usual)
         steps = np.full(length, step)
         if fault == "slow":
             steps[length // 4 :] = 0.05
@@ -90,6 +95,12 @@ class _Rings:
         offset, phase = np.full(length, rng.uniform(0.01, 0.3) * _RADIUS), rng.uniform(0.0, 2.0 * math.pi)
         if fault == "moved":
             offset[length // 2 :] *= 0.5
+        if fault in ("short", "crawl"):
+            offset[2 * length // 3 :] += 0.3
+        if fault == "eased":
+            offset[70:] += 0.0004 * np.arange(length - 70)
+        if fault == "beside":
+            offset[:] = 0.999 * _RADIUS
         if fault == "shifted":  # less than an outlier, after more than a turn
             angle, offset[340:] = angle[0] + 0.3 * np.arange(length), offset[340:] + 0.006
         reading = self._curve(angle - phase, offset) + rng.normal(0.0, 0.002, length)

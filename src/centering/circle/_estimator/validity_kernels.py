@@ -161,7 +161,7 @@ def _form_bound(state, array):
 @compiled(error_model="numpy")
 def judge(state, least):
     """Fit with prior knowledge and write the result; return whether it is valid over at least this arc."""
-    if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
+    if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:  # guard
         return False
     state = uncounted(state)
     rows = _arrays(state)

@@ -24,7 +24,7 @@ def check_free(path: Path, overwrite: bool) -> None:
 
 def _check_export(path: Path) -> None:
     """Refuse a folder that is no export, or in which something stands beside it: that would be lost."""
-    listed = _listed(path / _MANIFEST)
+    listed = _listed_in(path / _MANIFEST)
     if not listed:
         raise ValueError(f"path must be the folder of an export, or be empty; got {os.fspath(path)!r}")
     files = {one.name for one in path.iterdir() if one.is_file() and not one.is_symlink()}
@@ -36,11 +36,19 @@ def _check_export(path: Path) -> None:
         )
 
 
-def _listed(file: Path) -> set[str]:
-    """Return the names of the files of an export; none where the file is no manifest of one."""
+def _listed_in(file: Path) -> set[str]:
+    """Return the names of the files of an export in a folder, that of the manifest too."""
     try:
-        told: Any = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return listed(file.read_bytes())
+    except OSError:
+        return set()
+
+
+def listed(manifest: bytes) -> set[str]:
+    """Return the names of the files of an export, its manifest among them; none: it is no such manifest."""
+    try:
+        told: Any = json.loads(manifest)
+    except ValueError:
         return set()
     ours = isinstance(told, dict) and isinstance(told.get("fingerprint"), str)
     files = told.get("files") if ours else None

@@ -33,7 +33,7 @@ def promise(source: CSource) -> str:
 
 def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: Vectors) -> dict[str, Any]:
     """Return the manifest without the files' digests."""
-    functions, program = list(source.program.functions.values()), source.program
+    functions, program = source.program.written, source.program
     bounds = [
         {"function": one.name, "file": one.source.file, **bound} for one in functions for bound in one.bounds
     ]

@@ -14,7 +14,7 @@ from sdpgrind.codegen._translate.body import text_of
 from sdpgrind.codegen._translate.calls import LIBM
 from sdpgrind.codegen._translate.program import CProgram, Function
 from sdpgrind.codegen._translate.types import FLOAT64, Array, Scalar
-from sdpgrind.codegen._translate.values import Value, double
+from sdpgrind.codegen._translate.values import GUARD, Value, double
 
 GUARDS = """\
 #if defined(__FAST_MATH__)
@@ -92,6 +92,7 @@ def source_of(recipe: Recipe, name: str, version: str) -> CSource:
     constants = constants_of(recipe, program)
     step, lines = _step(recipe, name, program, constants)
     reset = _reset(recipe, name, program, constants)
+    program.drop_unreached(lines + reset)
     text = _TOP.format(
         name=name, kind=recipe.kind, version=version, fingerprint=recipe.fingerprint, guards=GUARDS,
         definitions=program.definitions(), reset=reset, step=lines,
@@ -145,14 +146,19 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
         outside = f"{name}_outside"
         lines += [
             "#ifdef SG_CHECK",
-            f"if ({outside} != 0) {{",
+            f"if ({outside} != 0) {{ {GUARD}",
             f"    {outside} = 0;",
             f"    {fault}",
             "}",
             "#endif",
         ]
-    lines += ["if (fault != 0) {", "    return fault;", "}"] if function.faults else []
-    lines += ["if (status < 0) {", "    return -1;", "}"]
+    lines += [f"if (fault != 0) {{ {GUARD}", "    return fault;", "}"] if function.faults else []
+    guard = "" if function.refuses else f" {GUARD}"
+    lines += (
+        [f"if (status < 0) {{{guard}", "    return -1;", "}"]
+        if function.least is None or function.least < 0
+        else []
+    )
     lines += ["(void)memcpy(state->s, s, sizeof s);"] if changes else []
     lines += [f"out->{one} = o[{k}];" for k, one in enumerate(recipe.outputs)] + ["return status;"]
     return function, "\n".join(one if one.startswith("#") else "    " + one for one in lines)

@@ -9,10 +9,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from sdpgrind.base.whole_files import whole_file
+from sdpgrind.codegen._files.folder import listed
 
 _DATE = (1980, 1, 1, 0, 0, 0)  # source: the first date that the format has
 _UNIX, _MODE = 3, 0o100644  # source: PKWARE's note on the format, 4.4.2; a file that its owner may write
-_DESCRIPTION = "modelDescription.xml"
+_DESCRIPTION, _MANIFEST = "modelDescription.xml", "resources/manifest.json"
 
 
 def packed(files: Mapping[str, bytes]) -> bytes:
@@ -33,8 +34,8 @@ def check_free(path: Path, overwrite: bool) -> None:
         raise ValueError(f"path must end in .fmu for target='fmi2'; got {shown}")
     if not path.resolve().parent.is_dir():
         raise FileNotFoundError(f"path must lie in an existing folder; got {shown}")
-    if path.exists() and not _is_unit(path):
-        raise ValueError(f"path must be an FMU, or not exist yet; got {shown}")
+    if path.exists():
+        _check_unit(path, shown)
 
 
 def write_archive(path: Path, files: Mapping[str, bytes], overwrite: bool) -> None:
@@ -51,11 +52,25 @@ def write_archive(path: Path, files: Mapping[str, bytes], overwrite: bool) -> No
         temporary.write_bytes(content)
 
 
-def _is_unit(path: Path) -> bool:
+def _check_unit(path: Path, shown: str) -> None:
+    """Refuse what is no FMU, one of another maker, and one to which files were added: they would be lost."""
     if not path.is_file() or not zipfile.is_zipfile(path):
-        return False
+        raise ValueError(f"path must be an FMU, or not exist yet; got {shown}")
     with zipfile.ZipFile(path) as archive:
-        return _DESCRIPTION in archive.namelist()
+        names = {one for one in archive.namelist() if not one.endswith("/")}
+        ours = listed(archive.read(_MANIFEST)) if _MANIFEST in names else set()
+    if _DESCRIPTION not in names:
+        raise ValueError(f"path must be an FMU, or not exist yet; got {shown}")
+    if not ours:
+        rule = f"it has no {_MANIFEST} of an export, and would be lost: choose another path"
+        raise ValueError(
+            f"path must be an FMU that sdpgrind.export wrote, or not exist yet; got {shown}: {rule}"
+        )
+    if strange := sorted(names - ours - {_MANIFEST}):
+        raise ValueError(
+            f"path must be an FMU with nothing but an export; {shown} also holds {', '.join(strange)}, not in"
+            f" its {_MANIFEST}: choose another path"
+        )
 
 
 @contextlib.contextmanager

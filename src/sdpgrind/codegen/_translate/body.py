@@ -18,10 +18,12 @@ from sdpgrind.codegen._translate.types import (
     RowType,
     Tuple,
     Type,
+    number_of,
     size_of,
+    unfixed,
     unified,
 )
-from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, Value, cast, literal, within
+from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, Value, cast, identical, literal, within
 
 
 class ProgramLike(Protocol):
@@ -70,7 +72,7 @@ class Variable:
     """A variable: its type, its number if it is always the same, the root of what it points to."""
 
     type: Type
-    number: int | None = None
+    number: int | float | bool | None = None
     root: str = ""
 
 
@@ -178,7 +180,7 @@ class Body(ABC):
             raise self.refused(node, f"{name} = a module, a function or nothing", "use it by its own name")
         found, root = self.variables.get(name), root_of(value)
         if found is None:
-            found = self.variables[name] = Variable(value.type, value.count, root)
+            found = self.variables[name] = Variable(value.type, value.number, root)
             self.changed = True
         self._join(node, name, found, value)
         return found
@@ -189,8 +191,8 @@ class Body(ABC):
             raise self.refused(
                 node, f"one variable, {name}, of two types", "give the second a name of its own"
             )
-        number = found.number if value.count == found.number else None
-        if (kind, number) != (found.type, found.number):
+        number = found.number if identical(value.number, found.number) else None
+        if kind != found.type or (number is None) != (found.number is None):
             found.type, found.number, self.changed = kind, number, True
         if root_of(value) != found.root:
             raise self.refused(node, f"{name}, a view of two arrays,", "use two names")
@@ -198,7 +200,8 @@ class Body(ABC):
     def _set(self, name: str, variable: Variable, value: Value) -> None:
         text = f"{self.name(name)} = {self.text(value)};"
         if name in self.declared:
-            self.emit(text, self.name(name))
+            if self.text(value) != self.name(name):
+                self.emit(text, self.name(name))
             return
         self.declared.add(name)
         self.bytes += size_of(variable.type)
@@ -213,6 +216,8 @@ class Body(ABC):
 
     def converted(self, node: ast.AST, value: Value, kind: Type) -> Value:
         """Return a value as another type."""
+        if isinstance(kind, Tuple) and value.items is None and unfixed(value.type) == unfixed(kind):
+            return replace(value, type=kind)
         if isinstance(kind, Tuple) and value.type != kind:
             items = [self.converted(node, self.item(value, k), one) for k, one in enumerate(kind.types)]
             return Value("", kind, items=tuple(items))
@@ -228,7 +233,10 @@ class Body(ABC):
         if value.items is not None:
             return value.items[k]
         assert isinstance(value.type, Tuple)
-        return Value(f"{value.code}.{value.type.fields[k]}", value.type.types[k])
+        kind, told = value.type.types[k], dict(value.type.fixed).get(k)
+        if told is not None:
+            return literal(number_of(kind, told), value.type.named(k))
+        return Value(f"{value.code}.{value.type.fields[k]}", kind)
 
     def operands(self, nodes: list[ast.expr]) -> list[Value]:
         """Return values in the order of Python: what is read before a call that may change it is kept."""

@@ -26,7 +26,7 @@ from sdpgrind.codegen._translate.types import (
     dense,
     unified,
 )
-from sdpgrind.codegen._translate.values import LOWEST, Value, literal, widened
+from sdpgrind.codegen._translate.values import LOWEST, Value, gathered, literal, widened
 from sdpgrind.codegen._translate.views import SizeUnknownError, Views
 
 EXACT = "sqrt floor ceil fabs trunc copysign rint"
@@ -63,8 +63,7 @@ class Calls(Views):
         if isinstance(thing, Kernel):
             return self.called(node, thing, self._bound(node, thing.py_func))
         if isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields"):
-            items = self._bound(node, thing.__new__, skip=1)
-            return Value("", Tuple(thing, tuple(one.type for one in items)), items=tuple(items))
+            return gathered(thing, tuple(self._bound(node, thing.__new__, skip=1)))
         if node.keywords and thing not in (np.empty, np.zeros, np.ones):
             raise self.refused(
                 node, "an argument by its name, of a function of numpy", "hand it over by place"
@@ -91,11 +90,12 @@ class Calls(Views):
 
     def called(self, node: ast.AST, kernel: Kernel, values: list[Value]) -> Value:
         """Call a kernel; its result is a temporary."""
-        values = [replace(one, number=None) if one.count is None else one for one in values]
         function = self.program.function(kernel, values, (self.source, node))
         if function.view is not None:
             place, at = function.view
             return replace(moved(values[place], at), type=function.result)
+        if function.number is not None:
+            return literal(function.number)
         for value, name in zip(values, function.parameters, strict=True):
             if name in function.written:
                 self.write(node, value)
@@ -162,11 +162,16 @@ class Calls(Views):
         for one in kinds[1:]:
             kind = None if kind is None else unified(kind, one)
         wide = FLOAT64 if kind == FLOAT64 else INT64
-        helper = self.program.helper(name if wide == FLOAT64 else f"{name}_int")
+        helper = name if wide == FLOAT64 else f"{name}_int"
         found = self.converted(node, values[0], wide)
+        beyond = math.inf if name == "min" else -math.inf
         for value in values[1:]:
-            found = Value(f"{helper}({found.code}, {self.converted(node, value, wide).code})", wide)
+            if value.number != beyond:  # no number is beyond it, and a NaN on the left stays
+                found = self._pair_of(helper, found, self.converted(node, value, wide))
         return found
+
+    def _pair_of(self, helper: str, left: Value, right: Value) -> Value:
+        return Value(f"{self.program.helper(helper)}({left.code}, {right.code})", left.type)
 
     def _integer(self, node: ast.Call, value: Value) -> Value:
         if value.type != FLOAT64:
@@ -236,5 +241,5 @@ class Calls(Views):
         if isinstance(thing, np.dtype) and thing.names and kind.element == FLOAT64 and kind.dense:
             return replace(base, type=RowType(thing, kind.fixed))
         if thing is np.int64 and kind.element == FLOAT64:
-            return replace(base, type=replace(kind, bits=True, fixed=()))
+            return replace(base, type=replace(kind, bits=True, fixed=(), every=""))
         raise self.refused(node, "this view of an array", "view doubles as a record, or as np.int64")

@@ -2,6 +2,7 @@
 
 import ast
 import builtins
+import math
 import operator
 from collections.abc import Callable
 from typing import Any
@@ -9,7 +10,17 @@ from typing import Any
 from sdpgrind.codegen._translate.calls import Calls
 from sdpgrind.codegen._translate.refusals import check_division
 from sdpgrind.codegen._translate.types import BOOL, FLOAT64, INT64, Scalar, Tuple, unified
-from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, PRODUCT, SUM, Value, literal, widened, within
+from sdpgrind.codegen._translate.values import (
+    LOWEST,
+    PRIMARY,
+    PRODUCT,
+    SUM,
+    Value,
+    gathered,
+    literal,
+    widened,
+    within,
+)
 
 _SIGNS: dict[type, str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.LShift: "<<", ast.RShift: ">>",
@@ -61,13 +72,14 @@ class Expressions(Calls):
 
     def several(self, node: ast.Tuple) -> Value:
         """Return a tuple."""
-        items = self.operands(node.elts)
-        return Value("", Tuple(tuple, tuple(one.type for one in items)), items=tuple(items))
+        return gathered(tuple, tuple(self.operands(node.elts)))
 
     def unary(self, node: ast.UnaryOp) -> Value:
         """Return the opposite."""
         if isinstance(node.op, ast.Not):
             found = self.truth(node.operand)
+            if isinstance(found.number, bool):
+                return literal(not found.number)
             return Value(f"!{within(found, PRIMARY)}", BOOL, PRODUCT)
         value = self.expression(node.operand)
         if isinstance(node.op, ast.UAdd):
@@ -109,7 +121,8 @@ class Expressions(Calls):
             a = Value(f"(int64_t){a.code}", INT64, PRODUCT)
         level = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT}.get(sign, LOWEST)
         tight = level + 1 if level else PRIMARY
-        return Value(f"{within(a, level or PRIMARY)} {sign} {within(b, tight)}", kind, level)
+        number = _folded(sign, a.number, b.number) if kind == FLOAT64 else None
+        return Value(f"{within(a, level or PRIMARY)} {sign} {within(b, tight)}", kind, level, number)
 
     def _divided(self, node: ast.AST, sign: ast.operator, left: Value, right: Value) -> Value:
         check_division(self.source, self.kernel, node)
@@ -122,6 +135,8 @@ class Expressions(Calls):
             )
         kind = INT64 if whole else FLOAT64
         name = "quotient" if isinstance(sign, ast.FloorDiv) else "remainder" if whole else "mod"
+        if whole and (right.count or 0) > 0:
+            name += "_by"
         a, b = self.converted(node, left, kind), self.converted(node, right, kind)
         return Value(f"{self.program.helper(name)}({a.code}, {b.code})", kind)
 
@@ -167,6 +182,8 @@ class Expressions(Calls):
         for k in range(1, len(values) - 1):
             if values[k].level < PRIMARY or "(" in values[k].code:
                 values[k] = self.temporary(values[k])
+        if _empty(node.ops, values[0].number, values[-1].number) and "(" not in values[1].code:
+            return literal(False)
         found = [self._compared(node, sign, values[k], values[k + 1]) for k, sign in enumerate(node.ops)]
         if len(found) == 1:
             return found[0]
@@ -213,6 +230,8 @@ class Expressions(Calls):
         kind = unified(first.type, value.type)
         if not isinstance(kind, Scalar):
             raise self.refused(node, "and, or of what are no numbers", "compare them")
+        if kind == BOOL and value.number is both and not lines:
+            return first
         if kind == BOOL and not lines:
             sign = "&&" if both else "||"
             return Value(f"{within(first, PRIMARY)} {sign} {within(value, PRIMARY)}", BOOL, LOWEST)
@@ -237,3 +256,23 @@ class Expressions(Calls):
             return self.chosen(test, kind, [(lines, yes), (others, no)], node)
         a, b = self.converted(node, yes, kind), self.converted(node, no, kind)
         return Value(f"{within(test, PRIMARY)} ? {within(a, PRIMARY)} : {within(b, PRIMARY)}", kind, LOWEST)
+
+
+def _folded(sign: str, left: float | None, right: float | None) -> float | None:
+    """Return a sum, difference or product of known doubles, rounded as in C; None: not known or finite."""
+    if left is None or right is None or sign not in ("+", "-", "*"):
+        return None
+    found = left + right if sign == "+" else left - right if sign == "-" else left * right
+    return found if math.isfinite(found) else None
+
+
+def _empty(signs: list[ast.cmpop], low: float | None, high: float | None) -> bool:
+    """Whether nothing lies between two known numbers, as in `low <= x < high`."""
+    if (
+        low is None
+        or high is None
+        or len(signs) != 2
+        or not all(isinstance(one, ast.Lt | ast.LtE) for one in signs)
+    ):
+        return False
+    return low > high or (low == high and any(isinstance(one, ast.Lt) for one in signs))

@@ -2,8 +2,11 @@
 
 import ast
 import hashlib
-from dataclasses import dataclass, field
-from typing import Any
+import inspect
+import re
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -28,14 +31,18 @@ from sdpgrind.codegen._translate.types import (
     same_result,
     size_of,
     to_numba,
+    unfixed,
 )
-from sdpgrind.codegen._translate.values import Value, comment, known, literal
+from sdpgrind.codegen._translate.values import Value, comment, gathered, known, literal
 from sdpgrind.codegen._translate.views import SizeUnknownError
 
 _PASSES = 12  # chosen: passes over one kernel; types only widen, so two or three suffice
 _FEW = 64  # chosen: entries of a table whose numbers are written where they are read
 _FRAME = 96  # chosen: bytes of stack of a call beside its variables and arguments
 _ENTRY = 8  # derived: bytes of a pointer
+
+Numbers: TypeAlias = tuple[int | float | bool | None, ...]
+"""Those of the arguments of a kernel that are known."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,12 @@ class Function:
     stack: int
     view: tuple[int, int] | None
     """Of a kernel that only returns a view: the parameter and the place; such a one is no function in C."""
+    number: int | float | bool | None = None
+    """Result of a kernel that only returns what is known; such a one is no function in C either."""
+    least: int | float | None = None
+    """Least of its results, where all are known."""
+    refuses: bool = True
+    """Whether a result below 0 is to be reached."""
 
     @property
     def record(self) -> dict[str, Any]:
@@ -83,6 +96,7 @@ class CProgram:
     checked: bool = False
     _underway: list[Any] = field(default_factory=list)
     _arrays: dict[Any, Value] = field(default_factory=dict)
+    _sources: dict[Kernel, KernelSource] = field(default_factory=dict)
 
     # -- names -----------------------------------------------------------------------------------------
 
@@ -104,6 +118,7 @@ class CProgram:
             return "const double *" if isinstance(kind, RowType) else f"const {kind.element.c} *"
         if isinstance(kind, Nothing):
             return "void"
+        kind = unfixed(kind)
         assert isinstance(kind, Tuple)
         if kind not in self.structures:
             for one in kind.types:
@@ -131,7 +146,7 @@ class CProgram:
                 self.constant(one, f"{name}_{inner}" if isinstance(one, tuple | np.ndarray) else "")
                 for one, inner in zip(thing, fields, strict=True)
             )
-            return Value("", Tuple(type(thing), tuple(one.type for one in items)), items=items)
+            return gathered(type(thing), items)
         if isinstance(thing, np.ndarray):
             return self.table(thing, name or "table")
         return known(thing)
@@ -149,8 +164,10 @@ class CProgram:
             declared = f"static const {element.c} {place}[{len(cells)}]"
             self.tables[place] = f"{self._comment(name, array)}\n{declared} = {{\n    {body}\n}};"
             self.table_bytes += array.nbytes
-            few = array.ravel().tolist() if array.size <= _FEW and element not in (BOOL, FLOAT32) else []
-            kind = Array(element, array.shape, dense(array.shape), fixed=tuple(enumerate(few)))
+            numbers = array.ravel().tolist() if element not in (BOOL, FLOAT32) else []
+            few = numbers if array.size <= _FEW else []
+            every = repr(numbers[0]) if len(set(map(repr, numbers))) == 1 and numbers[0] == numbers[0] else ""
+            kind = Array(element, array.shape, dense(array.shape), fixed=tuple(enumerate(few)), every=every)
             self._arrays[key] = Value(place, kind)
         return self._arrays[key]
 
@@ -165,41 +182,65 @@ class CProgram:
         self, kernel: Kernel, values: list[Value], at: tuple[KernelSource, ast.AST] | None
     ) -> Function:
         """Return the function of a kernel for arguments of these types."""
-        kinds = tuple(one.type for one in values)
-        known = tuple(one.count for one in values)
-        for key in ((kernel, kinds, ()), (kernel, kinds, known)):
-            if key in self.functions:
-                return self.functions[key]
-        counts: tuple[int | None, ...] = ()
-        useful = any(one is not None for one in known)
+        kinds, tested = tuple(one.type for one in values), self._tested(kernel, values)
+        known = tuple(
+            one if two.count is None else two.count for one, two in zip(tested, values, strict=True)
+        )
+        for numbers in (tested, known):
+            if _key(kernel, kinds, numbers) in self.functions:
+                return self.functions[_key(kernel, kinds, numbers)]
         found: Function | None = None
         try:
-            found = self._translated(kernel, kinds, (), at)
+            found, numbers = self._translated(kernel, kinds, tested, at), tested
         except SizeUnknownError:
-            if not useful:
+            if known == tested:
                 raise
-        if found is None or (useful and isinstance(found.result, Array) and found.view is None):
-            counts, found = known, self._translated(kernel, kinds, known, at)
-        self.functions[kernel, kinds, counts] = found
-        return found
+        if found is None or (known != tested and isinstance(found.result, Array) and found.view is None):
+            found, numbers = self._translated(kernel, kinds, known, at), known
+        self.functions[_key(kernel, kinds, numbers)] = self._once(found)
+        return self.functions[_key(kernel, kinds, numbers)]
 
-    def _translated(
-        self, kernel: Kernel, kinds: tuple[Type, ...], counts: tuple[int | None, ...], at: Any
-    ) -> Function:
+    def _once(self, function: Function) -> Function:
+        """Return a function; under the name of an earlier one that differs in nothing but its name."""
+        for one in self.functions.values():
+            if one.kernel is function.kernel and one.text == renamed(function.text, function.name, one.name):
+                return replace(function, name=one.name, text=one.text, signature=one.signature)
+        return function
+
+    @property
+    def written(self) -> list[Function]:
+        """Functions, each once."""
+        return list({one.name: one for one in self.functions.values()}.values())
+
+    def _tested(self, kernel: Kernel, values: list[Value]) -> Numbers:
+        """Return the known doubles and truths of values that a kernel compares: it is translated for them."""
+        tested = self._source(kernel).tested
+        pairs = zip(values, inspect.signature(kernel.py_func).parameters, strict=True)
+        return tuple(
+            one.number if name in tested and one.count is None and one.number == one.number else None
+            for one, name in pairs
+        )
+
+    def _source(self, kernel: Kernel) -> KernelSource:
+        if kernel not in self._sources:
+            self._sources[kernel] = KernelSource(kernel)
+        return self._sources[kernel]
+
+    def _translated(self, kernel: Kernel, kinds: tuple[Type, ...], numbers: Numbers, at: Any) -> Function:
         if kernel in self._underway and at is not None:
             raise at[0].refused(at[1], f"the recursion of {kernel.py_func.__name__}", "write a loop")
         self._underway.append(kernel)
         try:
-            source = KernelSource(kernel)
+            source = self._source(kernel)
             check_options(source, kernel)
             body = Statements(self, kernel, source)
-            body.declare(kinds, counts)
+            body.declare(kinds, numbers)
             result = kernel.result_type(tuple(to_numba(one) for one in kinds))
             self._settle(body)
             if wider := wider_result(body.result, result):  # of a branch that this law leaves out
                 body.result = wider
                 self._settle(body)
-            found = self._finished(body, kinds, counts)
+            found = self._finished(body, kinds, numbers)
         finally:
             self._underway.pop()
         if not same_result(found.result, result):
@@ -214,9 +255,7 @@ class CProgram:
             if not body.changed:
                 return
 
-    def _finished(
-        self, body: Statements, kinds: tuple[Type, ...], counts: tuple[int | None, ...]
-    ) -> Function:
+    def _finished(self, body: Statements, kinds: tuple[Type, ...], numbers: Numbers) -> Function:
         name = self._free(body.kernel.py_func.__name__, [one.name for one in self.functions.values()])
         lines = without_unused(merged([*body.tops(), *body.lines]))
         faults = any("fault" in line.text for line in lines)
@@ -231,8 +270,21 @@ class CProgram:
         return Function(
             name, signature, body.kernel, body.source, body.parameters, kinds, result,
             frozenset(body.written) & frozenset(body.parameters), faults, text, tuple(body.bounds), stack,
-            body.view(lines),
+            body.view(lines), body.number() if not (faults or body.written) else None, body.least(),
+            body.refuses,
         )  # fmt: skip
+
+    def drop_unreached(self, text: str) -> None:
+        """Forget functions, helpers and tables that are reached neither from a text nor from one another."""
+        while True:
+            words = set(re.findall(r"\w+", "\n".join([text, *(one.text for one in self.functions.values())])))
+            calls = Counter(re.findall(r"(\w+)\(", "\n".join([text, *map(_inner, self.functions.values())])))
+            left = {key: one for key, one in self.functions.items() if one.view or calls[one.name]}
+            if len(left) == len(self.functions):
+                break
+            self.functions = left
+        self.helpers = {one for one in self.helpers if f"{self.prefix}_{one}" in words}
+        self.tables = {name: one for name, one in self.tables.items() if name in words}
 
     # -- text ------------------------------------------------------------------------------------------
 
@@ -243,7 +295,7 @@ class CProgram:
         parts += list(self.tables.values())
         parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
         parts += [helper_text(name, prefix) for name in helpers_in_order(self.helpers)]
-        functions = [one for one in self.functions.values() if one.view is None]
+        functions = [one for one in self.written if one.view is None]
         parts.append("\n".join(f"{one.signature};" for one in functions))
         return "\n\n".join([*parts, *(one.text for one in functions)])
 
@@ -253,6 +305,21 @@ class CProgram:
             spelled = self.spelled(one)
             fields.append(f"    {spelled}{'' if spelled.endswith('*') else ' '}{field_name};")
         return "\n".join(["typedef struct {", *fields, f"}} {name};"])
+
+
+def _key(kernel: Kernel, kinds: tuple[Type, ...], numbers: Numbers) -> tuple[Kernel, str, str]:
+    """Return what tells functions of a kernel apart: as text 0.0 is not -0.0, nor 1 True."""
+    return kernel, repr(kinds), repr(numbers)
+
+
+def _inner(function: Function) -> str:
+    """Return the text of a function behind its head."""
+    return function.text.partition("\n{\n")[2]
+
+
+def renamed(text: str, name: str, new: str) -> str:
+    """Return the text of a function under another name."""
+    return re.sub(rf"\b{re.escape(name)}\(", f"{new}(", text)
 
 
 def shown(line: CLine) -> str:

@@ -63,6 +63,27 @@ class KernelSource:
         self.read = {one.id for one in names if isinstance(one.ctx, ast.Load)}
         self.read |= {one.id for one in updated if isinstance(one, ast.Name)}
 
+    @property
+    def tested(self) -> set[str]:
+        """Names that are compared with a constant, or whose truth is asked, by themselves."""
+        found: set[str] = set()
+        stored = {
+            one.id for one in self.nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
+        }
+        variables = stored | {one.arg for one in self.tree.args.args}
+        for one in self.nodes:
+            parts = [one.test] if isinstance(one, ast.If | ast.IfExp) else []
+            parts += one.values if isinstance(one, ast.BoolOp) else []
+            if isinstance(one, ast.Compare):
+                sides = [one.left, *one.comparators]
+                named = [
+                    {inner.id for inner in ast.walk(side) if isinstance(inner, ast.Name)} for side in sides
+                ]
+                parts += sides if any(not names & variables for names in named) else []
+            parts += [one.operand] if isinstance(one, ast.UnaryOp) and isinstance(one.op, ast.Not) else []
+            found |= {part.id for part in parts if isinstance(part, ast.Name)}
+        return found
+
     def line(self, node: ast.AST) -> int:
         """Return the line of a node in its file."""
         return self.first + int(getattr(node, "lineno", 1)) - 1

@@ -66,6 +66,17 @@ static int64_t @remainder(int64_t a, int64_t b)
     }
     return found;
 }""",
+    "quotient_by": """/* rounded down; by what is above 0 */
+static int64_t @quotient_by(int64_t a, int64_t b)
+{
+    return (a / b) - (((a % b) < 0) ? 1 : 0);
+}""",
+    "remainder_by": """/* with the sign of the divisor, which is above 0 */
+static int64_t @remainder_by(int64_t a, int64_t b)
+{
+    int64_t found = a % b;
+    return (found < 0) ? (found + b) : found;
+}""",
     "mod": """/* remainder with the sign of the divisor */
 static double @mod(double a, double b)
 {
@@ -82,7 +93,7 @@ static double @mod(double a, double b)
     "int": """/* towards 0; what is no number, or none of 64 bits, gives 0 and a fault */
 static int64_t @int(double x, int32_t *fault)
 {
-    if ((x >= -9223372036854775808.0) && (x < 9223372036854775808.0)) {
+    if ((x >= -9223372036854775808.0) && (x < 9223372036854775808.0)) { /* guard */
         return (int64_t)x;
     }
     *fault = -3;

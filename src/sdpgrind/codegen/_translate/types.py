@@ -38,7 +38,7 @@ class Array:
     """Elements with extents and strides in elements; an extent of None: not known, for indexing only.
 
     With `bits` the elements are doubles, and what is read are their bits as int64. `fixed`: elements that
-    never change, with their numbers; a view of a part has none.
+    never change, with their numbers; a view of a part has none. `every`: the number of all elements, as text.
     """
 
     element: Scalar
@@ -46,6 +46,7 @@ class Array:
     strides: tuple[int, ...]
     bits: bool = False
     fixed: tuple[tuple[int, float], ...] = ()
+    every: str = ""
 
     @property
     def dense(self) -> bool:
@@ -71,16 +72,21 @@ class RowType:
 
 @dataclass(frozen=True)
 class Tuple:
-    """A tuple, or a NamedTuple of a class."""
+    """A tuple, or a NamedTuple of a class; `fixed`: places of numbers that are always the same, as text."""
 
     made_by: type
     types: "tuple[Type, ...]"
+    fixed: tuple[tuple[int, str], ...] = ()
 
     @property
     def fields(self) -> tuple[str, ...]:
         """Names of the items."""
         named: tuple[str, ...] = getattr(self.made_by, "_fields", ())
         return named or tuple(f"item{k}" for k in range(len(self.types)))
+
+    def named(self, k: int) -> str:
+        """Return the name of an item, "" where it has none of its own."""
+        return self.fields[k] if hasattr(self.made_by, "_fields") else ""
 
 
 @dataclass(frozen=True)
@@ -112,8 +118,23 @@ def unified(first: Type, second: Type) -> Type | None:
             return None
         items = [unified(a, b) for a, b in zip(first.types, second.types, strict=True)]
         known = tuple(one for one in items if one is not None)
-        return Tuple(first.made_by, known) if len(known) == len(items) else None
+        fixed = tuple(
+            one for one in first.fixed if one in second.fixed and items[one[0]] == first.types[one[0]]
+        )
+        return Tuple(first.made_by, known, fixed) if len(known) == len(items) else None
     return None
+
+
+def unfixed(kind: Type) -> Type:
+    """Return the type of a tuple without its numbers, as C has it; others as they are."""
+    if not isinstance(kind, Tuple):
+        return kind
+    return Tuple(kind.made_by, tuple(unfixed(one) for one in kind.types))
+
+
+def number_of(kind: Type, text: str) -> int | float | bool:
+    """Return a number that a type keeps as text."""
+    return float(text) if kind == FLOAT64 else text == "True" if kind == BOOL else int(text)
 
 
 def size_of(kind: Type) -> int:

@@ -4,10 +4,12 @@ import math
 import textwrap
 from dataclasses import dataclass
 
-from sdpgrind.codegen._translate.types import BOOL, FLOAT32, FLOAT64, INT64, Known, Scalar, Type
+from sdpgrind.codegen._translate.types import BOOL, FLOAT32, FLOAT64, INT64, Known, Scalar, Tuple, Type
 
 LOWEST, SUM, PRODUCT, PRIMARY = range(4)
 """How tightly the text of a value binds."""
+GUARD = "/* guard */"
+"""Behind a branch that nothing is to reach: comments `# guard` of kernels, bounds of loops, casts, faults."""
 _WIDTH = 100  # chosen: characters of a line of a comment
 
 
@@ -92,6 +94,18 @@ def comment(text: str, indent: str = "") -> str:
 def known(thing: object) -> Value:
     """Return a thing that exists while translating only."""
     return Value("", Known(thing))
+
+
+def identical(first: int | float | bool | None, second: int | float | bool | None) -> bool:
+    """Whether two known numbers are the same in type and bits; a NaN is not the same as any."""
+    return first == second and repr(first) == repr(second)
+
+
+def gathered(made_by: type, items: tuple[Value, ...]) -> Value:
+    """Return a tuple of values; numbers among them that are known stay known through calls."""
+    numbers = ((k, one.number) for k, one in enumerate(items))
+    fixed = tuple((k, repr(one)) for k, one in numbers if one is not None and one == one)
+    return Value("", Tuple(made_by, tuple(one.type for one in items), fixed), items=items)
 
 
 def cast(value: Value, kind: Type) -> Value | None:

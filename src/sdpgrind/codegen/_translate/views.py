@@ -6,8 +6,27 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from sdpgrind.codegen._translate.body import Body, moved, place_of
-from sdpgrind.codegen._translate.types import FLOAT64, INT64, Array, Known, RowType, Scalar, Tuple, dense
-from sdpgrind.codegen._translate.values import LOWEST, PRIMARY, PRODUCT, Value, cast, literal, within
+from sdpgrind.codegen._translate.types import (
+    FLOAT64,
+    INT64,
+    Array,
+    Known,
+    RowType,
+    Scalar,
+    Tuple,
+    dense,
+    number_of,
+)
+from sdpgrind.codegen._translate.values import (
+    LOWEST,
+    PRIMARY,
+    PRODUCT,
+    Value,
+    cast,
+    gathered,
+    literal,
+    within,
+)
 
 
 @dataclass(frozen=True)
@@ -52,7 +71,7 @@ class Views(Body):
         if node.attr == "size":
             return literal(self.size(node, kind))
         if node.attr == "shape":
-            return Value("", Tuple(tuple, (INT64,) * len(kind.shape)), items=self._extents(node, kind))
+            return gathered(tuple, self._extents(node, kind))
         if node.attr == "ndim":
             return literal(len(kind.shape))
         if node.attr == "T":
@@ -128,6 +147,8 @@ class Views(Body):
         kept = [k for k, one in enumerate(axes) if one.extent != -1] + list(range(len(axes), len(kind.shape)))
         if not kept:
             number = dict(kind.fixed).get(at) if not terms else None
+            if number is None and kind.every:
+                number = number_of(FLOAT64 if kind.element == FLOAT64 else INT64, kind.every)
             return Value(
                 f"{base.code}[{place_of(view)}]", kind.element, number=number, root=base.root, note=view.note
             )
@@ -136,6 +157,8 @@ class Views(Body):
         size = math.prod(one or 1 for one in shape)
         whole = not terms and None not in shape and strides == dense(shape)
         fixed = tuple((k - at, one) for k, one in kind.fixed if whole and at <= k < at + size)
+        if [one.extent for one in axes] == [-1] and axes[0].terms and None not in kind.shape and kind.dense:
+            fixed = _same_in_rows(kind, size)
         return replace(view, type=replace(kind, shape=shape, strides=strides, fixed=fixed))
 
     def _note(self, indices: list[ast.expr]) -> str:
@@ -269,3 +292,11 @@ class Views(Body):
 
 class SizeUnknownError(ValueError):
     """A size that is not known without the numbers of the arguments."""
+
+
+def _same_in_rows(kind: Array, size: int) -> tuple[tuple[int, float], ...]:
+    """Return the elements of fixed numbers that are the same in every row of an array."""
+    fixed = dict(kind.fixed)
+    rows = [[fixed.get(row * size + k) for k in range(size)] for row in range(kind.shape[0] or 0)]
+    columns = enumerate(zip(*rows, strict=True))
+    return tuple((k, one[0]) for k, one in columns if one[0] is not None and len(set(map(repr, one))) == 1)

@@ -72,7 +72,7 @@ def look_up(packed, key, out):
     if packed[HEAD] < key < packed[rows - 1]:
         _interpolate(packed, _locate(packed, key), key, out)
         return INSIDE
-    if np.isnan(key):
+    if np.isnan(key):  # guard
         return NO_KEY
     below = key <= packed[HEAD]
     end = 0 if below else n_node - 1
@@ -111,4 +111,4 @@ def look_up_many(packed, keys, out):
 def exported_look_up(state, packed, key, out):
     """Fill `out` with the columns at a key; return whether it is inside, below or above; NaN: -1."""
     flag = look_up(packed, key, out)
-    return -1 if flag == NO_KEY else flag
+    return -1 if flag == NO_KEY else flag  # guard

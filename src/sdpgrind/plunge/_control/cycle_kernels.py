@@ -200,7 +200,7 @@ def at_size(state, s, law, waits):
 @compiled(error_model="numpy")
 def cycle_step(state, s, law, size, power, usable):
     """Update by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
-    if s.mean[K] <= 0.0:  # a state that was never started
+    if s.mean[K] <= 0.0:  # guard: a state that was never started
         state[SECTION] = RETRACT
         return 0.0
     read_all(state, s, law, size, power - law.idle_power, usable)

@@ -126,7 +126,7 @@ def _rate_at(s, law, low, at_low, high, at_high, depth):
     Where the slowest of the rates is hardly safe, the depth rises from its minimum there: one step of plain
     false position then ends up to 1.3 % too slow. The last step is on the safe side: the depth is convex.
     """
-    if at_low >= depth or low >= high:
+    if at_low >= depth or low >= high:  # guard
         return low
     less, more, last = depth - at_low, at_high - depth, 0
     v = low + (high - low) * less / (less + more)
@@ -140,7 +140,7 @@ def _rate_at(s, law, low, at_low, high, at_high, depth):
             low, at_low, less = v, depth + off, -off
             more *= 0.5 if last < 0 else 1.0
             last = -1
-        if at_high <= at_low:  # both are the depth, to rounding
+        if at_high <= at_low:  # guard: both are the depth, to rounding
             return low
         near = low + (high - low) * (depth - at_low) / (at_high - at_low)
         if abs(near - v) <= CLOSE * v:

@@ -115,7 +115,7 @@ def _correct(s, off, variance):
         for j in range(STATES):
             s.cross[i] += s.cov[i * STATES + j] * s.by_x[j]
         total += s.by_x[i] * s.cross[i]
-    if total <= 0.0:  # no uncertainty left
+    if total <= 0.0:  # guard: no uncertainty left
         return
     for i in range(STATES):
         s.mean[i] += s.cross[i] * off / total

@@ -39,6 +39,7 @@ _PLACES = {
     )
 }
 _LONGEST = 420  # chosen: samples of a part of the self-test; parts of the presets take some 400
+_HELD = 60  # chosen: sample from which a gauge shows the same
 _MORE = 3  # chosen: samples after the end of a part
 _SIZE_SPREAD, _POWER_SPREAD = 4e-4, 0.02  # chosen: mm; share of the power at the greatest rate
 
@@ -96,16 +97,19 @@ class _Part:
     def _readings(self, rng: np.random.Generator, fault: str) -> Iterator[tuple[float, float, float]]:
         state, law = np.zeros(at.STATES), named(self.law, at.LAW)
         start_control(state, self.law)
-        command, out, after = 0.0, np.zeros(2), 0
+        command, out, after, held = 0.0, np.zeros(2), 0, 0.0
         deflection, removed = (
             -self.core.K0 * rng.uniform(0.5, 1.5),
             rng.normal(0.0, 2e-3) * (fault == "stock"),
         )
-        dull = rng.uniform(0.7, 1.6)
+        dull = {"sharp": 0.15, "dull": 6.0}.get(fault, rng.uniform(0.7, 1.6))
         for k in range(_LONGEST):
             v = float(rate(deflection, self.core)) / dull
             deflection, removed = deflection + (command - v) * law.sample_time, removed + v * law.sample_time
             row = self._reading(rng, fault, k, removed, v, deflection)
+            if fault == "held" and k >= _HELD:
+                row = held, *row[1:]
+            held = row[0]
             yield row
             after += exported_step(state, self.law, *row, out)
             if after > _MORE:
@@ -126,6 +130,10 @@ class _Part:
             power = np.nan
         elif fault == "idle":
             power = 0.0
+        elif fault == "air":  # the wheel never touches
+            size, power = 1e-4 * rng.standard_normal(), core.power0
+        elif fault == "dull":
+            power = core.power0 + (power - core.power0) * 6.0
         elif fault == "gaps" and rng.random() < 0.2:
             size, power = (np.nan, power) if rng.random() < 0.6 else (size, np.nan)
         elif fault == "jumps" and rng.random() < 0.1:
@@ -137,4 +145,7 @@ class _Part:
         return size, power, float(fault == "clipped" and rng.random() < 0.3)
 
 
-_FAULTS = ("none", "stock", "powerless", "idle", "gaps", "jumps", "frozen", "lost", "clipped", "none")
+_FAULTS = (
+    "none", "stock", "powerless", "idle", "gaps", "jumps", "frozen", "lost", "clipped", "air", "held",
+    "sharp", "dull",
+)  # fmt: skip

@@ -135,7 +135,7 @@ def _newton(y, w, core, enough):
     for _ in range(60):
         v = w**q
         step = (core.K1 * v + core.K2 * w - y) / (core.K1 * q * v / w + core.K2)
-        w = w - step if step < w else 0.5 * w
+        w = w - step if step < w else 0.5 * w  # guard
         if abs(step) <= enough * w:
             break
     return w**q
@@ -146,7 +146,7 @@ def rate(y, core):
     """Infeed rate (mm/s) of a deflection y beyond ploughing; 0 where the wheel only ploughs."""
     if y <= 0.0:
         return 0.0
-    w = y / core.K2 if core.K2 > 0.0 else np.inf
+    w = y / core.K2 if core.K2 > 0.0 else np.inf  # guard
     if core.K1 > 0.0:
         w = min(w, (y / core.K1) ** core.p)
     return _newton(y, w, core, 1e-8)
@@ -160,7 +160,7 @@ def _rate_near(y, near, core):
     w = near**core.p
     sensitivity = core.p * w / (core.K1 * near + core.p * core.K2 * w)  # dw/dy
     start = w + sensitivity * (y - core.K1 * near - core.K2 * w)
-    return _newton(y, start, core, 1e-6) if start > 0.0 else rate(y, core)
+    return _newton(y, start, core, 1e-6) if start > 0.0 else rate(y, core)  # guard
 
 
 @compiled

@@ -31,10 +31,10 @@ def action_at(state, table, lists, level, stops, mode, time, x, y, z, out):
     `table`: `SmallTable`; `lists[code, control]`: listed values, `level[code]`: number of the continuous
     control, -1: none.
     """
-    if not 0.0 <= mode < table.code.shape[1] or mode != np.floor(mode):
+    if not 0.0 <= mode < table.code.shape[1] or mode != np.floor(mode):  # guard of its range
         return -1
     found, code, control = act_small_at(table, int(mode), time, x, y, z)
-    if found > OUTSIDE:
+    if found > OUTSIDE:  # guard
         return -1
     return _filled(table, lists, level, stops, code, control, out)
 
@@ -42,10 +42,10 @@ def action_at(state, table, lists, level, stops, mode, time, x, y, z, out):
 @compiled(error_model="numpy")
 def action_log_at(state, table, lists, level, stops, mode, time, x, y, z, out):
     """`action_at` where axes are logarithmic."""
-    if not 0.0 <= mode < table.code.shape[1] or mode != np.floor(mode):
+    if not 0.0 <= mode < table.code.shape[1] or mode != np.floor(mode):  # guard of its range
         return -1
     found, code, control = act_small_log_at(table, int(mode), time, x, y, z)
-    if found > OUTSIDE:
+    if found > OUTSIDE:  # guard
         return -1
     return _filled(table, lists, level, stops, code, control, out)
 
@@ -54,7 +54,7 @@ def action_log_at(state, table, lists, level, stops, mode, time, x, y, z, out):
 def action_told_at(state, table, told, lists, level, stops, mode, time, x, y, z, out):
     """`action_at`, then what `told` (`ToldTable`) tells, $."""
     status = action_at(state, table, lists, level, stops, mode, time, x, y, z, out)
-    if status >= 0:
+    if status >= 0:  # guard
         tell_small_at(table, told, int(mode), time, x, y, z, out[lists.shape[1] :])
     return status
 
@@ -63,6 +63,6 @@ def action_told_at(state, table, told, lists, level, stops, mode, time, x, y, z,
 def action_told_log_at(state, table, told, lists, level, stops, mode, time, x, y, z, out):
     """`action_told_at` where axes are logarithmic."""
     status = action_log_at(state, table, lists, level, stops, mode, time, x, y, z, out)
-    if status >= 0:
+    if status >= 0:  # guard
         tell_small_log_at(table, told, int(mode), time, x, y, z, out[lists.shape[1] :])
     return status

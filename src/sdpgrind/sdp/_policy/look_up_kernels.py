@@ -110,8 +110,11 @@ def _act(table, kinks, row, mode, shape, index, point, low):
             continue
         if first < 0:
             first = node
-        moved = best[row, mode, node] != best[row, mode, first]
-        same = same and not moved and entry[row, mode, node] == entry[row, mode, first]
+        if (
+            best[row, mode, node] != best[row, mode, first]
+            or entry[row, mode, node] != entry[row, mode, first]
+        ):
+            same = False
         if weight > heaviest:
             heaviest, chosen = weight, node
         u += weight * control[row, mode, node]

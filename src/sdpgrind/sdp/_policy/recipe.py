@@ -21,6 +21,7 @@ _TOLD = {
 }
 _ANY = 1e9  # chosen: in the unit of an axis; beyond what any is used for
 _UNKNOWN = "unit of the plan"  # derived: `sdp.Move` has none for its controls
+_VARIED = 0.25  # chosen: share of an input's extent by which the self-test varies it
 _BEYOND = 0.05  # chosen: share of an axis by which states of the self-test lie outside
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 _TABLES = {
@@ -74,7 +75,7 @@ def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
         status=(*layout.stops, *(move.name for move in layout.moves)),
         equations="expected penalty-to-go by dynamic programming; the action of the table.",
         vectors=_TableStates(policy, small.table).chains,
-        spread=[0.25 * (high - low) for low, high in _extents(policy)],
+        spread=_spread(policy),
         kind="sdp.Policy",
         notes=notes,
     )
@@ -124,6 +125,12 @@ def _extents(policy: Solution) -> list[tuple[float, float]]:
     modes = [(0.0, float(len(layout.modes) - 1))] if len(layout.modes) > 1 else []
     stage = [] if layout.endless else [(count.lowest * layout.step, layout.count * layout.step)]
     return [*modes, *stage, *((axis.low, axis.high) for axis in layout.axes)]
+
+
+def _spread(policy: Solution) -> list[float]:
+    """Half-width by which the self-test varies each input; a mode that is no whole number is refused."""
+    wide = [_VARIED * (high - low) for low, high in _extents(policy)]
+    return [0.0, *wide[1:]] if len(policy.layout.modes) > 1 else wide
 
 
 def _ranges(policy: Solution, inputs: dict[str, str]) -> dict[str, tuple[float, float]]:

@@ -28,7 +28,7 @@ def _row_of(stages, time):
         return 0
     stage = time / stages[STEP]
     below, lowest = np.floor(stage + ROUNDING), stages[LOWEST]
-    if not (stage <= stages[COUNT] + ROUNDING and (below >= lowest or stages[HAS_BASE] != 0.0)):
+    if not (stage <= stages[COUNT] + ROUNDING and (below >= lowest or stages[HAS_BASE] != 0.0)):  # guard
         return -1
     if lowest <= below < 0.0 and abs(stage - below) > ROUNDING:
         return -1
@@ -59,11 +59,11 @@ def _evens(frame, shape, x, y, z):
 @compiled(error_model="numpy", inline="always")
 def _position(axis, nodes, x, even):
     """Position on an axis (cells), and whether it is found, outside or refused."""
-    if not np.isfinite(x):
+    if not np.isfinite(x):  # guard
         return 0.0, REFUSED
     index = (even - axis[ORIGIN]) / axis[SPACING]
     below, above = axis[BELOW], axis[ABOVE]
-    if (below == REFUSE and index < -ROUNDING) or (above == REFUSE and index > nodes - 1 + ROUNDING):
+    if (below == REFUSE and index < -ROUNDING) or (above == REFUSE and index > nodes - 1 + ROUNDING):  # guard
         return index, REFUSED
     if (below >= STOP and x < axis[LOW]) or (above >= STOP and x > axis[HIGH]):
         return index, OUTSIDE
@@ -80,7 +80,7 @@ def _located(frame, shape, time, x, y, z, evens, index):
         raw = x if k == 0 else (y if k == 1 else z)
         index[k, 0], here = _position(frame[1 + k], shape[k], raw, evens[k])
         state = max(state, here)
-    return row, REFUSED if row < 0 else state
+    return row, REFUSED if row < 0 else state  # guard
 
 
 @compiled(error_model="numpy", inline="always")
@@ -89,7 +89,7 @@ def _place(frame, shape, at, mode, time, x, y, z, evens, index):
     row, state = _located(frame, shape, time, x, y, z, evens, index)
     if state == FOUND and at.shape[2] > 0:
         number, _, _ = _crossing(at, row, mode, index[0, 0], shape[0])
-        state = UNREAD if number == CELL_UNREAD else FOUND
+        state = UNREAD if number == CELL_UNREAD else FOUND  # guard: exports know all lines
     return row, state
 
 

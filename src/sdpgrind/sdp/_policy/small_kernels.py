@@ -131,7 +131,8 @@ def _act_small(table, row, mode, index, low):
             continue
         here = int(table.code[row, mode, node])
         first = here if chosen < 0 else first
-        same = same and here == first
+        if here != first:
+            same = False
         if weight > heaviest:
             heaviest, chosen, code = weight, node, here
         if here >= 0:

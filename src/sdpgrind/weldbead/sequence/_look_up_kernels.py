@@ -17,7 +17,7 @@ def next_pass_at(
     found, move, _, force, gained = act_linear_at(
         frame, shape, best, entry, control, gap, at, start, lines, 0, time_left, height, 0.0, 0.0
     )
-    if found > OUTSIDE:
+    if found > OUTSIDE:  # guard
         return -1
     out[0], out[1], out[2], out[3] = 0.0, np.nan, np.nan, gained
     if move < 0:
@@ -30,7 +30,7 @@ def next_pass_at(
 def next_pass_small_at(state, table, durations, feeds, height, time_left, out):
     """`next_pass_at` with small tables, without the gap."""
     found, move, force = act_small_at(table, 0, time_left, height, 0.0, 0.0)
-    if found > OUTSIDE:
+    if found > OUTSIDE:  # guard
         return -1
     out[0], out[1], out[2] = 0.0, np.nan, np.nan
     if move < 0:

@@ -1,0 +1,104 @@
+"""Things that ``exports.py`` exports: plans, controllers, an estimator, tables of one to three axes."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import centering
+from sdpgrind import finishing, plunge, sdp, units, weldbead
+from sdpgrind.locus._trace.table import LocusTable
+from sdpgrind.weldbead import force
+
+
+def cycle() -> Any:
+    return plunge.CycleController(plunge.preset("simulation"), safety_margin=0.05)
+
+
+def stages() -> Any:
+    return plunge.StagedController(plunge.preset("simulation"))
+
+
+def motion() -> Any:
+    path = finishing.hilbert(finishing.surface.flat_surface(6.4), 2, mapping="parametric")
+    return finishing.plan(finishing.FinishingProblem(path, friction_ratio=0.0))
+
+
+def torque() -> Any:
+    return finishing.TorqueController(finishing.TorqueAxis(), motion(), normal_force=1.111, kind="lqg")
+
+
+def press() -> Any:
+    time = np.array([0.0, 0.4, 1.0, 2.0])
+    planned = {"time": time, "normal_force": [30.0, 30.0, 55.0, 20.0], "fly_height": [10.0, 9.9, 9.8, 10.0]}
+    plan = type("Plan", (), {**planned, "center_x": 30.0 * time})
+    return force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
+
+
+def bead() -> Any:
+    return weldbead.plan(weldbead.preset("P1"), tolerance=1e-3)
+
+
+def ring() -> Any:
+    return centering.GeometryEstimator(noise_sd=0.002)
+
+
+def table() -> Any:
+    key = np.linspace(0.5, 4.0, 12)
+    columns = np.column_stack([np.sin(key), key**2])
+    names = {"wear": "mm", "feed": "mm/s", "speed": "mm/s"}
+    return LocusTable(key, columns, np.column_stack([np.cos(key), 2.0 * key]), names)
+
+
+def _removed(s: Any, c: Any) -> Any:
+    return sdp.LogNormal(0.004 * c.strokes, 0.0008 * c.strokes)
+
+
+def hone() -> Any:
+    """One axis, no deadline, a charge of too little stock."""
+    moves = [
+        sdp.Move("hone", {"strokes": sdp.Levels(1.0, 9.0, 5)}, sdp.Shift("stock", _removed),
+                 charge=lambda s, c: 0.3 + 0.02 * c.strokes),
+        sdp.Move("lap", {"strokes": [2.0, 4.0]}, sdp.Shift("stock", _removed), charge=0.4),
+    ]  # fmt: skip
+    stop = sdp.Stop("done", sdp.Charge(under=sdp.Linear(200.0), over=sdp.Linear(900.0)))
+    stock = sdp.Axis("stock", 0.0, 0.04, 21, "mm", below="stop")
+    return sdp.plan(sdp.Problem([stock], moves, [stop], sdp.Forever()))
+
+
+def _axes(count: int) -> list[Any]:
+    wide = sdp.Axis("x", 0.1, 2.0, 21, "mm", "log", below="hold", above="hold")
+    return [
+        wide,
+        *(sdp.Axis(name, 0.0, 1.0, 11, "", below="hold", above="hold") for name in "yz"[: count - 1]),
+    ]
+
+
+def _moves(go: Callable[..., Any]) -> list[Any]:
+    by = {"by": sdp.Levels(0.0, 1.0, 21), "kind": [1.0, 2.0]}
+    moved = sdp.Sampled(go, {"n": sdp.Normal(0.0, 0.1)})
+    return [
+        sdp.Move("go", by, moved, charge=lambda s, c: 0.1 * c.by * c.kind),
+        sdp.Move("flip", {}, sdp.Stay(), charge=0.05, into="b"),
+    ]
+
+
+def two() -> Any:
+    """Two axes, one logarithmic; two modes; a listed and a continuous control."""
+    moves = _moves(lambda s, c, e: (s.x * (1.0 - 0.5 * c.by), s.y + e.n))
+    stop = sdp.Stop("end", lambda s: s.x**2 + 0.1 * s.y + 0.2 * (s.mode == 0))
+    return sdp.plan(sdp.Problem(_axes(2), moves, [stop], sdp.Stages(3, 0.5, "left", "s"), modes=("a", "b")))
+
+
+def three() -> Any:
+    """Three axes, one logarithmic; two modes."""
+    moves = _moves(lambda s, c, e: (s.x * (1.0 - 0.5 * c.by), s.y + e.n, s.z + 0.1 * c.kind))
+    stop = sdp.Stop("end", lambda s: s.x**2 + 0.1 * s.y + 0.1 * s.z**2 + 0.2 * (s.mode == 0))
+    return sdp.plan(sdp.Problem(_axes(3), moves, [stop], sdp.Stages(3, 0.5, "left", "s"), modes=("a", "b")))
+
+
+THINGS: dict[str, Callable[[], Any]] = {
+    "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
+    "hone": hone, "two": two, "three": three,
+}  # fmt: skip
+"""Name of each thing to how it is made."""
