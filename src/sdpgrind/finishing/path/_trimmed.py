@@ -51,31 +51,45 @@ class TrimmedSquare:
             )
         return inside
 
-    def _on(self, s: Floats, c: float) -> Bools:
-        return self.inside(self._square.nodes(s, np.full(s.shape, c)))
+    def _on(self, s: Floats, c: Floats) -> Bools:
+        return self.inside(self._square.nodes(s, c))
 
     def _speed(self, s: Floats, c: float) -> Floats:
         """Length a unit of s along a line, mm."""
-        return np.asarray(np.linalg.norm(self._square.tangents(s, np.full(s.shape, c))[0], axis=-1))
+        return np.asarray(np.linalg.norm(self._square.along_passes(s, np.full(s.shape, c)), axis=-1))
 
-    def spans(self, line: int, c: float) -> list[Span]:
-        """Return the parts of the line at c that are inside, pulled in."""
+    def spans(self, lines: Floats) -> list[list[Span]]:
+        """Return the parts of each line (n,), a place across, that are inside, pulled in."""
+        changes = [self._changes(c) for c in lines]
+        c = np.repeat(lines, [first.size for _, _, first in changes])
+        places = self._crossings(*map(np.concatenate, zip(*changes, strict=True)), c)
+        ends = np.cumsum([0] + [first.size for _, _, first in changes])
+        return [
+            self._pulled(k, float(c), places[a:b].reshape(-1, 2))
+            for k, (c, a, b) in enumerate(zip(lines, ends, ends[1:], strict=False))
+        ]
+
+    def _changes(self, c: float) -> tuple[Floats, Floats, Bools]:
+        """Places along a line between which it crosses the trimming; whether the first is inside."""
         s = np.linspace(0.0, 1.0, 129)
         longest = float(self._speed(s, c).mean())
         s = np.linspace(0.0, 1.0, int(np.clip(np.ceil(longest / STEP), 16, MOST)) + 1)
-        inside = self._on(s, c)
+        inside = self._on(s, np.full(s.shape, c))
         inside[[0, -1]] = False  # a pass keeps away from the border, too
         turns = np.flatnonzero(inside[1:] != inside[:-1])
-        places = self._crossings(s[turns], s[turns + 1], inside[turns], c)
+        return s[turns], s[turns + 1], inside[turns]
+
+    def _pulled(self, line: int, c: float, places: Floats) -> list[Span]:
+        """Parts (n, 2) of a line at c, pulled in."""
         spans = []
-        for low, high in places.reshape(-1, 2):
+        for low, high in places:
             ends = self.drawn(low, self._pull, c, 1.0), self.drawn(high, self._pull, c, -1.0)
             if ends[0] < ends[1] and self._wide(*ends, c):
                 spans.append(Span(line, *ends))
         return spans
 
-    def _crossings(self, low: Floats, high: Floats, first: Bools, c: float) -> Floats:
-        """Places between `low` and `high` where a line crosses the trimming, by bisection."""
+    def _crossings(self, low: Floats, high: Floats, first: Bools, c: Floats) -> Floats:
+        """Places between `low` and `high` where lines cross the trimming, by bisection."""
         for _ in range(HALVINGS):
             middle = (low + high) / 2
             same = self._on(middle, c) == first
@@ -113,7 +127,7 @@ def trimmed_passes(region: TrimmedSquare, lines: Floats, columns: Floats, pitch:
     both ends are drawn back by up to half a pitch (mm) for that, as around a hole a straight move cuts the
     corner.
     """
-    rest = [region.spans(k, float(c)) for k, c in enumerate(lines)]
+    rest = region.spans(lines)
     pieces = []
     while any(rest):
         chain = _chain(region, lines, rest, pitch)

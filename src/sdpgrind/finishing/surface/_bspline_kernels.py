@@ -56,18 +56,44 @@ def _divide_by_weight(flat):
 
 
 @compiled(error_model="numpy")
+def _point(net, rational, first_u, first_v, bu, bv, out):
+    """Write Q into `out` (3,), summed as `evaluate` sums it."""
+    x, y, z, w = 0.0, 0.0, 0.0, 0.0
+    for i in range(bu.shape[1] - 1):
+        rx, ry, rz, rw = 0.0, 0.0, 0.0, 0.0
+        for j in range(bv.shape[1] - 1):
+            points, share = net[first_u + i, first_v + j], bv[0, j]
+            rx += share * points[0]
+            ry += share * points[1]
+            rz += share * points[2]
+            rw += share * points[3]
+        x += bu[0, i] * rx
+        y += bu[0, i] * ry
+        z += bu[0, i] * rz
+        w += bu[0, i] * rw
+    out[0], out[1], out[2] = (x / w, y / w, z / w) if rational else (x, y, z)
+
+
+@compiled(error_model="numpy")
 def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
-    """Write Q, Qu, Qv, Quu, Quv, Qvv at each (u, v) into `out` (6, m, 3).
+    """Write Q, Qu, Qv, Quu, Quv, Qvv at each (u, v) into `out` (6, m, 3), or Q alone into (1, m, 3).
 
     `net` (nu, nv, 4) holds (wx, wy, wz, w), or (x, y, z, 0) for a surface that is not rational; four columns
     suit the processor's vectors.
     """
     bu, bv = np.empty((3, degree_u + 2)), np.empty((3, degree_v + 2))
     row, flat = np.empty((3, 4)), np.empty((6, 4))
+    at_u, at_v = 0, 0
     for k in range(len(u)):
-        at_u, at_v = _find_span(knots_u, degree_u, u[k]), _find_span(knots_v, degree_v, v[k])
-        _basis(knots_u, degree_u, at_u, u[k], bu)
-        _basis(knots_v, degree_v, at_v, v[k], bv)
+        if k == 0 or u[k] != u[k - 1]:
+            at_u = _find_span(knots_u, degree_u, u[k])
+            _basis(knots_u, degree_u, at_u, u[k], bu)
+        if k == 0 or v[k] != v[k - 1]:
+            at_v = _find_span(knots_v, degree_v, v[k])
+            _basis(knots_v, degree_v, at_v, v[k], bv)
+        if len(out) == 1:
+            _point(net, rational, at_u - degree_u, at_v - degree_v, bu, bv, out[0, k])
+            continue
         flat[:] = 0.0
         for i in range(degree_u + 1):
             _along_v(net[at_u - degree_u + i], at_v - degree_v, degree_v, bv, row)

@@ -40,10 +40,20 @@ def homogeneous(points: Floats, weights: Floats | None) -> Floats:
 
 def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
     """Derivatives at each pair (u, v), of shapes that broadcast."""
+    return SurfaceDerivatives(*_evaluated(net, u, v, len(ORDERS)))
+
+
+def points_at(net: Net, u: Floats, v: Floats) -> Floats:
+    """Points (..., 3) at each pair (u, v), of shapes that broadcast."""
+    return _evaluated(net, u, v, 1)[0]
+
+
+def _evaluated(net: Net, u: Floats, v: Floats, rows: int) -> Floats:
+    """Points, and derivatives where all rows are asked for (rows, ..., 3)."""
     u, v = np.broadcast_arrays(u, v)
-    out = np.empty((6, u.size, 3))
+    out = np.empty((rows, u.size, 3))
     evaluate(net.points, net.rational, *net.knots, *net.degree, u.ravel(), v.ravel(), out)
-    return SurfaceDerivatives(*out.reshape(6, *u.shape, 3))
+    return out.reshape(rows, *u.shape, 3)
 
 
 def on_grid(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
