@@ -292,14 +292,16 @@ def test_the_error_covers_the_kinks_of_both_axes():
     assert true <= policy.error <= 1e-1
 
 
+def noisy_cut(s, c, e):
+    return (s.x - c.by * e.noise,)
+
+
 @pytest.mark.parametrize("points", [2, 5])
 def test_the_error_covers_the_quadrature_of_sampled_noise(points):
     """A kink at the target, and too few points across it."""
 
     def grind(points):
-        step = sdp.Sampled(
-            lambda s, c, e: (s.x - c.by * e.noise,), {"noise": sdp.Normal(1.0, 0.15)}, points=points
-        )
+        step = sdp.Sampled(noisy_cut, {"noise": sdp.Normal(1.0, 0.15)}, points=points)
         return [sdp.Move("grind", {"by": np.linspace(0.05, 1.0, 8)}, step, charge=0.02)]
 
     axis = sdp.Axis("x", -1.0, 2.0, 31, below="hold", above="hold")

@@ -32,11 +32,12 @@ def weights(x, node, mean, sd):
     """Probability weights on the nodes, P(overground) and E (D - x)+, for one height and all cuts."""
     h = node[1]
     under = lambda y: np.where(y > 0, rayleigh_over_under(mean, sd, np.maximum(y, 1e-300))[1], 0.0)  # noqa: E731
-    inner = [(under(x - z + h) - 2 * under(x - z) + under(x - z - h)) / h for z in node]
+    z = node[:, None]
+    inner = (under(x - z + h) - 2 * under(x - z) + under(x - z - h)) / h
     q = np.minimum(sd / np.sqrt(2 - np.pi / 2), mean / np.sqrt(np.pi / 2))
     out = np.exp(-0.5 * (np.maximum(x - mean + q * np.sqrt(np.pi / 2), 0) / q) ** 2)
     inner[0] = 1 - out - (under(x) - under(x - h)) / h
-    return np.array(inner), out, rayleigh_over_under(mean, sd, x)[0]
+    return inner, out, rayleigh_over_under(mean, sd, x)[0]
 
 
 def by_loops(problem, node, levels, finish):

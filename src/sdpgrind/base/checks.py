@@ -162,9 +162,10 @@ def finite_array(name: str, value: npt.ArrayLike, unit: str = "") -> Floats:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be {with_unit('numbers', unit)}; got {shown(value)}") from None
-    bad = np.flatnonzero(~np.isfinite(array.ravel()))
-    if bad.size:
-        raise refuse(f"{name}[{bad[0]}]", "finite", float(array.ravel()[bad[0]]), unit)
+    finite = np.isfinite(array)
+    if not finite.all():
+        first = int(np.argmin(finite))
+        raise refuse(f"{name}[{first}]", "finite", float(array.ravel()[first]), unit)
     return array
 
 
@@ -181,10 +182,11 @@ def inside(
 ) -> Floats:
     """Return `value` as a float array within [`low`, `high`] +- `slack`; `numbered`: errors give an index."""
     array = finite_array(name, value, unit)
-    bad = np.flatnonzero((array.ravel() < low - slack) | (array.ravel() > high + slack))
-    if bad.size:
-        place = f"{name}[{bad[0]}]" if numbered and array.ndim else name
-        raise refuse(place, f"{rule} [{low:g}, {high:g}]", float(array.ravel()[bad[0]]), unit)
+    outside = (array < low - slack) | (array > high + slack)
+    if outside.any():
+        first = int(np.argmax(outside))
+        place = f"{name}[{first}]" if numbered and array.ndim else name
+        raise refuse(place, f"{rule} [{low:g}, {high:g}]", float(array.ravel()[first]), unit)
     return array
 
 

@@ -109,7 +109,6 @@ def _largest(problem: "_Problem", start: float, tolerance: float) -> float:
     while high - low > tolerance * low:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if problem.reaches(middle) else (low, middle)
-    problem.reaches(low)
     return low
 
 

@@ -97,7 +97,7 @@ def test_a_margin_is_kept_along_and_across(laid, margin):
     path = laid(margin)
     away = least_distance(on_work(path, 8), SHEARED)
     assert margin - 0.002 < away < margin + 3.0
-    assert path.metrics(1.5).coverage > 0.5
+    assert path.metrics(1.5, surface_step=0.5, path_step=0.5).coverage > 0.5
 
 
 def test_by_default_a_quarter_of_a_pitch_is_kept():

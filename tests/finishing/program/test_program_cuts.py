@@ -61,9 +61,7 @@ def test_each_part_begins_and_ends_in_the_air(motion, most):
     for text in ends:
         x, y, z = (float(text.splitlines()[-2].split(f"{axis} ")[1].split(",")[0]) for axis in "XYZ")
         samples = surface.point(*np.meshgrid(*(np.linspace(*side, 60) for side in surface.domain)))
-        assert (
-            np.linalg.norm(samples.reshape(-1, 3) - [x, y, z], axis=1).min() > 10.0
-        )  # mm, of a lift of 15
+        assert np.linalg.norm(samples.reshape(-1, 3) - [x, y, z], axis=1).min() > 10.0  # mm, of a lift of 15
 
 
 def test_a_new_version_takes_the_place_of_the_old_one(motion, most, tmp_path):

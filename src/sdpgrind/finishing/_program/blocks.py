@@ -6,8 +6,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._program.chord_kernels import chord_fits
 from sdpgrind.finishing._program.course import Run
-from sdpgrind.finishing._program.turns import angle_between, between
+from sdpgrind.finishing._program.turns import ALIKE
 
 # mm, derived: numbers of 0.0001 mm and 1e-7 rad, kept in single precision, move a point by less
 ROUNDED = 3e-4
@@ -83,18 +84,7 @@ def _pruned(run: Run, picks: list[int], tolerance: float, lever: float) -> list[
 
 def fits(run: Run, begin: int, end: int, tolerance: float, lever: float) -> bool:
     """Return whether the chord between two samples keeps contact and turn, times the lever, within mm."""
-    inside = slice(begin + 1, end)
-    points, turns = run.points[inside], run.turns[inside]
-    chord = run.points[end] - run.points[begin]
-    square = float(chord @ chord)
-    if square == 0.0:
-        return not len(points)
-    from_start = points - run.points[begin]
-    share = np.clip(from_start @ chord / square, 0.0, 1.0)
-    if np.any(np.linalg.norm(from_start - share[:, None] * chord, axis=1) > tolerance):
-        return False
-    told = between(run.turns[begin], run.turns[end], share)
-    return bool(np.all(lever * angle_between(told, turns) <= tolerance))
+    return bool(chord_fits(run.points, run.turns, begin, end, tolerance, lever, ALIKE))
 
 
 def _blends(points: Floats, turns: Floats, most: float, lever: float) -> Floats:

@@ -3,12 +3,14 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.turns import between, inverse, poses_of, shifted, turns_of
 
 PLACES = 10  # source: specification of the check, places a block
 _CORNER = 8  # chosen: chords of a corner; they leave its circle by a hundredth of what it leaves the corner
+_INNER = np.arange(1, _CORNER) / _CORNER
 _STRAIGHT = 1e-7  # rad, chosen: corners of less are straight
 
 
@@ -17,7 +19,7 @@ class FollowedPath(NamedTuple):
 
     nodes: Floats
     turns: Floats
-    blocks: Floats
+    blocks: npt.NDArray[np.int64]
 
 
 def followed(path: Any, robot: Any, tool: Floats, lever: float) -> FollowedPath:
@@ -32,20 +34,21 @@ def _rounded(points: Floats, turns: Floats, radii: Floats) -> FollowedPath:
     """Nodes of straight parts and corners."""
     sizes = np.linalg.norm(np.diff(points, axis=0), axis=1)
     _check_blends(sizes, radii)
-    lines = [_line(points, turns, radii, sizes, k) for k in range(len(sizes))]
-    nodes, quaternions, blocks = [], [], []
-    for k, (places, told) in enumerate(lines):
-        first = 1 if k > 0 and radii[k] == 0.0 else 0  # an exact end is the next start
-        nodes.append(places[first:])
-        quaternions.append(told[first:])
-        blocks += [k] * (len(places) - first)
-        if k + 1 < len(lines) and radii[k + 1] > 0.0:
-            after = lines[k + 1]
-            corner = _corner(points[k : k + 3], radii[k + 1], told[-1], after[1][0])
-            nodes.append(corner[0])
-            quaternions.append(corner[1])
-            blocks += [k] * len(corner[0])
-    return FollowedPath(np.concatenate(nodes), np.concatenate(quaternions), np.array(blocks[1:]))
+    whole = np.where(sizes > 0.0, sizes, 1.0)
+    share = np.linspace(radii[:-1] / whole, 1.0 - radii[1:] / whole, PLACES + 1, axis=1)
+    places = points[:-1, None] + share[..., None] * np.diff(points, axis=0)[:, None]
+    told = between(turns[:-1, None], turns[1:, None], share)
+    count, blended = len(sizes), np.flatnonzero(radii[1:-1] > 0.0)
+    nodes, quaternions = np.zeros((count, PLACES + _CORNER, 3)), np.zeros((count, PLACES + _CORNER, 4))
+    nodes[:, : PLACES + 1], quaternions[:, : PLACES + 1] = places, told
+    corners = points[blended], points[blended + 1], points[blended + 2]
+    nodes[blended, PLACES + 1 :] = _corners(*corners, radii[blended + 1])
+    before, after = told[blended, -1:], told[blended + 1, :1]
+    quaternions[blended, PLACES + 1 :] = between(before, after, _INNER)
+    there = np.zeros(nodes.shape[:2], dtype=bool)
+    there[:, : PLACES + 1] = there[blended, PLACES + 1 :] = True
+    there[1:, 0] = radii[1:-1] > 0.0  # an exact end is the next start
+    return FollowedPath(nodes[there], quaternions[there], np.nonzero(there)[0][1:])
 
 
 def _check_blends(sizes: Floats, radii: Floats) -> None:
@@ -58,25 +61,21 @@ def _check_blends(sizes: Floats, radii: Floats) -> None:
         raise ValueError(f"text must end by an exact move (mm); got a blend of {radii[-1]:g}")
 
 
-def _line(points: Floats, turns: Floats, radii: Floats, sizes: Floats, k: int) -> tuple[Floats, Floats]:
-    """Straight part of move k, after the corner before it, to that behind it."""
-    size = sizes[k] if sizes[k] > 0.0 else 1.0
-    share = np.linspace(radii[k] / size, 1.0 - radii[k + 1] / size, PLACES + 1)
-    places = points[k] + share[:, None] * (points[k + 1] - points[k])
-    return places, between(turns[k], turns[k + 1], share)
+def _corners(first: Floats, middle: Floats, last: Floats, radius: Floats) -> Floats:
+    """Inner nodes (m, `_CORNER` - 1, 3) of circles that leave the first lines `radius` before the middle."""
+    ahead, behind = _unit(middle - first), _unit(last - middle)
+    turn = 2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(behind - ahead, axis=1), 1.0))
+    share, radius = _INNER[:, None], radius[:, None, None]
+    ahead, behind, middle = ahead[:, None], behind[:, None], middle[:, None]
+    places = middle + radius * ((share - 1.0) * ahead + share * behind)
+    bent = turn >= _STRAIGHT
+    angle, ahead, behind = turn[bent, None, None], ahead[bent], behind[bent]
+    side = _unit(behind - np.sum(behind * ahead, axis=-1, keepdims=True) * ahead)
+    circle, way = radius[bent] / np.tan(0.5 * angle), share * angle
+    begin = middle[bent] - radius[bent] * ahead
+    places[bent] = begin + circle * (np.sin(way) * ahead + (1 - np.cos(way)) * side)
+    return places
 
 
-def _corner(points: Floats, radius: float, before: Floats, after: Floats) -> tuple[Floats, Floats]:
-    """Inner nodes of a circle that leaves the first line `radius` before the middle point."""
-    ahead = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
-    behind = (points[2] - points[1]) / np.linalg.norm(points[2] - points[1])
-    turn = 2.0 * float(np.arcsin(min(0.5 * float(np.linalg.norm(behind - ahead)), 1.0)))
-    share = np.arange(1, _CORNER) / _CORNER
-    if turn < _STRAIGHT:
-        places = points[1] + radius * ((share - 1.0)[:, None] * ahead + share[:, None] * behind)
-        return places, between(before, after, share)
-    side = behind - (behind @ ahead) * ahead
-    side /= np.linalg.norm(side)
-    circle, angle = radius / np.tan(0.5 * turn), (share * turn)[:, None]
-    places = points[1] - radius * ahead + circle * (np.sin(angle) * ahead + (1 - np.cos(angle)) * side)
-    return places, between(before, after, share)
+def _unit(vectors: Floats) -> Floats:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from sdpgrind.base.checks import Floats
 
 LIFT = 20.0  # mm, chosen: start and end of a program above the work, clear of it and within reach
-_ALIKE = 1e-6  # rad, chosen: below it a straight line between quaternions is exact to rounding
+ALIKE = 1e-6  # rad, chosen: below it a straight line between quaternions is exact to rounding
 
 
 def shifted(length: float) -> Floats:
@@ -57,8 +57,8 @@ def between(first: Floats, second: Floats, share: Floats) -> Floats:
     other = np.where(dot < 0.0, -second, second)
     half = 0.5 * angle_between(first, other)[..., None]
     u = np.asarray(share)[..., None]
-    safe = np.where(half < _ALIKE, 1.0, half)
-    alike = half < _ALIKE
+    safe = np.where(half < ALIKE, 1.0, half)
+    alike = half < ALIKE
     a = np.where(alike, 1.0 - u, np.sin((1.0 - u) * safe) / np.sin(safe))
     b = np.where(alike, u, np.sin(u * safe) / np.sin(safe))
     out = a * first + b * other

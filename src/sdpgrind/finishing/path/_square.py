@@ -33,21 +33,26 @@ class Square:
 
     def tangents(self, s: Floats, c: Floats) -> tuple[Floats, Floats]:
         """Derivatives Q_s, Q_c (..., 3) on the surface, mm."""
-        places = self.nodes(s, c)
-        by_s, by_c = (
-            self._derivatives(places, 0 if (self.along == "u") == first else 1) for first in (True, False)
-        )
+        by_s, by_c = self._derivatives(self.nodes(s, c), (True, False))
         return by_s, by_c
 
-    def _derivatives(self, places: Floats, which: int) -> Floats:
-        """Derivative of the surface's points by a (0) or b (1)."""
+    def along_passes(self, s: Floats, c: Floats) -> Floats:
+        """Derivative Q_s (..., 3) on the surface, mm."""
+        return self._derivatives(self.nodes(s, c), (True,))[0]
+
+    def _derivatives(self, places: Floats, by: tuple[bool, ...]) -> list[Floats]:
+        """Derivatives of the surface's points, each by s (True) or c."""
         flat = places.reshape(-1, 2)
+        moved = [self._moved(flat, 0 if (self.along == "u") == first else 1) for first in by]
+        there = self.surface.derivatives(moved[0][:, 0, 0], moved[0][:, 0, 1])
+        found = [each[:, 1, :1] * there.u + each[:, 1, 1:] * there.v for each in moved]
+        return [each.reshape(*places.shape[:-1], 3) for each in found]
+
+    def _moved(self, flat: Floats, which: int) -> Floats:
+        """Curves by a (0) or b (1) through places of the square, carried to the parameters."""
         jets = np.zeros((flat.shape[0], 3, 2))
         jets[:, 0], jets[:, 1, which] = flat, 1.0
-        carried = self._mapping.carried(jets)
-        there = self.surface.derivatives(carried[:, 0, 0], carried[:, 0, 1])
-        found = carried[:, 1, :1] * there.u + carried[:, 1, 1:] * there.v
-        return np.asarray(found.reshape(*places.shape[:-1], 3))
+        return self._mapping.carried(jets)
 
     def gaps(self, across: bool = True) -> Gaps:
         """Gaps of lines of constant c, or of those of constant s."""

@@ -67,12 +67,12 @@ class TrimmedSquare:
         out[out] = self.inside(self._square.nodes(s[out], c[out]), more)
         return out
 
-    def _on(self, s: Floats, c: float) -> Bools:
-        return self.inside(self._square.nodes(s, np.full(s.shape, c)))
+    def _on(self, s: Floats, c: Floats) -> Bools:
+        return self.inside(self._square.nodes(s, c))
 
     def speed(self, s: Floats, c: float) -> Floats:
         """Return the length a unit of s along a line, mm."""
-        return np.asarray(np.linalg.norm(self._square.tangents(s, np.full(s.shape, c))[0], axis=-1))
+        return np.asarray(np.linalg.norm(self._square.along_passes(s, np.full(s.shape, c)), axis=-1))
 
     def speed_across(self, s: Floats, c: float) -> Floats:
         """Return the distance from a line a unit of c, mm."""
@@ -80,17 +80,27 @@ class TrimmedSquare:
         along = (by_s * by_c).sum(axis=-1) / (by_s * by_s).sum(axis=-1)
         return np.asarray(np.linalg.norm(by_c - along[:, None] * by_s, axis=-1))
 
-    def spans(self, line: int, c: float, pitch: float) -> list[Span]:
-        """Return the parts of the line at c that are inside, pulled in, or with bends along the trimming."""
-        parts = self._parts(c)
+    def spans(self, lines: Floats, pitch: float) -> list[list[Span]]:
+        """Return the parts of each line (n,) inside: pulled in, or with bends along the trimming."""
+        changes = [self._changes(c) for c in lines]
+        c = np.repeat(lines, [start.size for start, _, _ in changes])
+        low, high, first = (np.concatenate(each) for each in zip(*changes, strict=True))
+        places = self._crossings(low, high, first, c)
+        ends = np.cumsum([0] + [start.size for start, _, _ in changes])
+        return [
+            self._bent(k, float(c), places[a:b].reshape(-1, 2), pitch)
+            for k, (c, a, b) in enumerate(zip(lines, ends, ends[1:], strict=False))
+        ]
+
+    def _bent(self, line: int, c: float, places: Floats, pitch: float) -> list[Span]:
+        """Parts of a line at c that crosses the trimming at places (n, 2)."""
+        parts = [(low, high) for low, high in places.tolist() if self._wide(low, high, c)]
         sides = [0.0, *(end for part in parts for end in part), 1.0]
         spans: list[Span] = []
         low, bent = 0.0, list[Floats]()  # of the part that is being laid
         for k, (start, stop) in enumerate(zip(sides[::2], sides[1::2], strict=True)):
             long = [0 <= n < len(parts) and self._holds_bend(parts[n], c, pitch) for n in (k - 1, k)]
-            beside = (
-                bends(self, c, LineStretch(start, stop, *long), pitch, self._away) if self._patch.trim else []
-            )
+            beside = self._bends(c, LineStretch(start, stop, *long), pitch)
             if k and not any(each.after for each in beside):
                 spans.append(Span(line, c, low, self.drawn(start, self._pull, c, -1.0), _nodes(bent)))
             for each in beside:
@@ -105,24 +115,23 @@ class TrimmedSquare:
     def _bends(self, c: float, stretch: LineStretch, pitch: float) -> list[PassBend]:
         return bends(self, c, stretch, pitch, self._away) if self._patch.trim else []
 
-    def _parts(self, c: float) -> list[tuple[float, float]]:
-        """Ends of the parts of the line at c that are inside and longer than what they are pulled in by."""
-        s = np.linspace(0.0, 1.0, 129)
-        longest = float(self.speed(s, c).mean())
-        s = np.linspace(0.0, 1.0, int(np.clip(np.ceil(longest / STEP), 16, MOST)) + 1)
-        inside = self._on(s, c)
-        inside[[0, -1]] = False  # a pass keeps away from the border, too
-        turns = np.flatnonzero(inside[1:] != inside[:-1])
-        places = self._crossings(s[turns], s[turns + 1], inside[turns], c)
-        return [(low, high) for low, high in places.reshape(-1, 2).tolist() if self._wide(low, high, c)]
-
     def _holds_bend(self, part: tuple[float, float], c: float, pitch: float) -> bool:
         """Whether a part of a line is long enough for the starts of two bends."""
         pace = float(self.speed(np.array([sum(part) / 2]), c)[0])
         return (part[1] - part[0]) * pace > pitch / 2
 
-    def _crossings(self, low: Floats, high: Floats, first: Bools, c: float) -> Floats:
-        """Places between `low` and `high` where a line crosses the trimming, by bisection."""
+    def _changes(self, c: float) -> tuple[Floats, Floats, Bools]:
+        """Places along a line between which it crosses the trimming; whether the first is inside."""
+        s = np.linspace(0.0, 1.0, 129)
+        longest = float(self.speed(s, c).mean())
+        s = np.linspace(0.0, 1.0, int(np.clip(np.ceil(longest / STEP), 16, MOST)) + 1)
+        inside = self._on(s, np.full(s.shape, c))
+        inside[[0, -1]] = False  # a pass keeps away from the border, too
+        turns = np.flatnonzero(inside[1:] != inside[:-1])
+        return s[turns], s[turns + 1], inside[turns]
+
+    def _crossings(self, low: Floats, high: Floats, first: Bools, c: Floats) -> Floats:
+        """Places between `low` and `high` where lines cross the trimming, by bisection."""
         for _ in range(HALVINGS):
             middle = (low + high) / 2
             same = self._on(middle, c) == first
@@ -161,7 +170,7 @@ def trimmed_passes(region: TrimmedSquare, lines: Floats, columns: Floats, pitch:
     both ends are drawn back by up to half a pitch (mm) for that, as around a hole a straight move cuts the
     corner.
     """
-    rest = [region.spans(k, float(c), pitch) for k, c in enumerate(lines)]
+    rest = region.spans(lines, pitch)
     pieces = []
     while any(rest):
         chain = _chain(region, rest, pitch)

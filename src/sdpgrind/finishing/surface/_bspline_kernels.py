@@ -64,10 +64,14 @@ def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
     """
     bu, bv = np.empty((3, degree_u + 2)), np.empty((3, degree_v + 2))
     row, flat = np.empty((3, 4)), np.empty((6, 4))
+    at_u, at_v = 0, 0
     for k in range(len(u)):
-        at_u, at_v = _find_span(knots_u, degree_u, u[k]), _find_span(knots_v, degree_v, v[k])
-        _basis(knots_u, degree_u, at_u, u[k], bu)
-        _basis(knots_v, degree_v, at_v, v[k], bv)
+        if k == 0 or u[k] != u[k - 1]:
+            at_u = _find_span(knots_u, degree_u, u[k])
+            _basis(knots_u, degree_u, at_u, u[k], bu)
+        if k == 0 or v[k] != v[k - 1]:
+            at_v = _find_span(knots_v, degree_v, v[k])
+            _basis(knots_v, degree_v, at_v, v[k], bv)
         flat[:] = 0.0
         for i in range(degree_u + 1):
             _along_v(net[at_u - degree_u + i], at_v - degree_v, degree_v, bv, row)
@@ -90,10 +94,14 @@ def evaluate_points(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, o
     """Write Q at each (u, v) into `out` (m, 3): the bits of `evaluate`, without derivatives."""
     bu, bv = np.empty(degree_u + 2), np.empty(degree_v + 2)
     row, flat = np.empty(4), np.empty(4)
+    at_u, at_v = 0, 0
     for k in range(len(u)):
-        at_u, at_v = _find_span(knots_u, degree_u, u[k]), _find_span(knots_v, degree_v, v[k])
-        _values(knots_u, degree_u, at_u, u[k], bu)
-        _values(knots_v, degree_v, at_v, v[k], bv)
+        if k == 0 or u[k] != u[k - 1]:
+            at_u = _find_span(knots_u, degree_u, u[k])
+            _values(knots_u, degree_u, at_u, u[k], bu)
+        if k == 0 or v[k] != v[k - 1]:
+            at_v = _find_span(knots_v, degree_v, v[k])
+            _values(knots_v, degree_v, at_v, v[k], bv)
         flat[:] = 0.0
         for i in range(degree_u + 1):
             row[:] = 0.0

@@ -41,9 +41,9 @@ def homogeneous(points: Floats, weights: Floats | None) -> Floats:
 def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
     """Derivatives at each pair (u, v), of shapes that broadcast."""
     u, v = np.broadcast_arrays(u, v)
-    out = np.empty((6, u.size, 3))
+    out = np.empty((len(ORDERS), u.size, 3))
     evaluate(net.points, net.rational, *net.knots, *net.degree, u.ravel(), v.ravel(), out)
-    return SurfaceDerivatives(*out.reshape(6, *u.shape, 3))
+    return SurfaceDerivatives(*out.reshape(len(ORDERS), *u.shape, 3))
 
 
 def scattered_points(net: Net, u: Floats, v: Floats) -> Floats:

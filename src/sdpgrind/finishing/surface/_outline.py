@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.finishing.surface._outline_kernels import clear_of
+from sdpgrind.finishing.surface._outline_kernels import TOGETHER, clear_of
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._polygons import sides
 
@@ -22,13 +22,14 @@ class Outline:
             bent = self._sagitta(ends) > CHORD
             if not bent.any():
                 break
-            ends = np.concatenate([ends[~bent], _halves(ends[bent])])
+            ends = _halved(ends, bent)
         self.lines = np.ascontiguousarray(self._points(ends).reshape(-1, 6))
+        self._boxes = _boxes(self.lines)
 
     def clear(self, points: Floats, margin: float) -> Bools:
         """Return which points (m, 3), mm, are at least a margin (mm) away; following ones best lie near."""
         out = np.empty(len(points), dtype=bool)
-        clear_of(self.lines, np.ascontiguousarray(points), margin, out)
+        clear_of(self.lines, self._boxes, np.ascontiguousarray(points), margin, out)
         return out
 
     def _cut(self, ends: Floats) -> Floats:
@@ -53,6 +54,16 @@ class Outline:
         return np.asarray(np.linalg.norm(apart, axis=1))
 
 
-def _halves(ends: Floats) -> Floats:
-    middle = (ends[:, :2] + ends[:, 2:]) / 2
-    return np.concatenate([np.hstack([ends[:, :2], middle]), np.hstack([middle, ends[:, 2:]])])
+def _halved(ends: Floats, bent: Bools) -> Floats:
+    """Parts in their sequence, those that are bent in two halves."""
+    out = np.repeat(ends, np.where(bent, 2, 1), axis=0)
+    first = np.flatnonzero(bent) + np.arange(np.count_nonzero(bent))
+    out[first, 2:] = out[first + 1, :2] = (ends[bent, :2] + ends[bent, 2:]) / 2
+    return out
+
+
+def _boxes(lines: Floats) -> Floats:
+    """Lowest and highest coordinates (g, 6) of `TOGETHER` following lines each."""
+    first = np.arange(0, len(lines), TOGETHER)
+    low, high = np.minimum(lines[:, :3], lines[:, 3:]), np.maximum(lines[:, :3], lines[:, 3:])
+    return np.hstack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)])

@@ -302,15 +302,11 @@ class Surface(Described):
         array([[9., 0., 9.],
                [9., 0., 9.]])
         """
-        at_u, at_v = self._parameters(u, v)
-        evaluation.fitting(u=at_u, v=at_v)
-        return evaluation.scattered(self._net, at_u, at_v)
+        return evaluation.scattered(self._net, *self._pairs(u, v))
 
     def point(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return points Q(u, v) (..., 3) in mm at each pair of parameters `u` and `v`."""
-        at_u, at_v = self._parameters(u, v)
-        evaluation.fitting(u=at_u, v=at_v)
-        return evaluation.scattered_points(self._net, at_u, at_v)
+        return evaluation.scattered_points(self._net, *self._pairs(u, v))
 
     def grid(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
         """Return points and derivatives (n, m, 3) in mm at each of `u` (n,) with each of `v` (m,)."""
@@ -322,6 +318,11 @@ class Surface(Described):
 
     def _parameters(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
         return _parameter("u", u, *self.domain[0]), _parameter("v", v, *self.domain[1])
+
+    def _pairs(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
+        at_u, at_v = self._parameters(u, v)
+        evaluation.fitting(u=at_u, v=at_v)
+        return at_u, at_v
 
     def normal(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return outward unit normals (..., 3) (dimensionless) at `u` and `v`.

@@ -1,6 +1,7 @@
 """Exact distribution of a policy's final penalty, by the forward recursion adjoint to the backward one."""
 
 from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -113,7 +114,8 @@ class Distribution:
             high *= 2
         fine = {"xatol": 1e-12 + 1e-10 * (high - low)}
         between = float(minimize_scalar(bound, bounds=(low, high), method="bounded", options=fine).x)
-        return min(bound(c) for c in (low, between, *np.unique(self.charge[self.probability > 1e-6])[:64]))
+        atoms = np.unique(self.charge[self.probability > 1e-6])[:64]
+        return min(bound(low), bound(between), _least(bound, atoms))
 
     def _gone(self, sign: int) -> float:
         return sum(
@@ -121,6 +123,18 @@ class Distribution:
             for left in self.tails
             if left.tail.end.sign == sign
         )
+
+
+def _least(convex: Callable[[float], float], places: Floats) -> float:
+    """Least value of a convex function at rising places, by halving; inf of none."""
+    low, high = 0, places.size - 1
+    while low < high:
+        middle = (low + high) // 2
+        if convex(places[middle]) <= convex(places[middle + 1]):
+            high = middle
+        else:
+            low = middle + 1
+    return convex(places[low]) if places.size else np.inf
 
 
 def distribution(policy: Solution, state: dict[str, Any], nodes: npt.ArrayLike | None = None) -> Distribution:

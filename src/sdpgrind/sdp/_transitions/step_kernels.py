@@ -200,7 +200,8 @@ def _call(
     return _kernel(move.step, move.charge, *types, sizes, read), (
         _columns(s, bundle.count), _columns(c, menu.rows),
         _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
-        *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out,
+        *_edges(menu),
+        *map(np.ascontiguousarray, (value, bundle.target[k], level, bundle.penalty[k])), out,
     )  # fmt: skip
 
 
