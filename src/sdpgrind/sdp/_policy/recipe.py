@@ -165,6 +165,7 @@ class _TableStates:
         rows = np.vstack([inside, outside, nodes, self._changing(rng)])
         if len(self._policy.layout.modes) > 1:
             rows[:, 0] = np.rint(rows[:, 0])
+            rows[:: max(count // 5, 1), 0] += 0.5  # some modes that are none
         return [rows]
 
     def _changing(self, rng: np.random.Generator) -> Floats:
