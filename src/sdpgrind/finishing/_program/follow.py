@@ -18,7 +18,7 @@ class FollowedPath(NamedTuple):
 
     nodes: Floats
     turns: Floats
-    blocks: Floats
+    blocks: Any
 
 
 def followed(path: Any, robot: Any, tool: Floats, lever: float) -> FollowedPath:

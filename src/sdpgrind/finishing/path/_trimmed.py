@@ -62,7 +62,8 @@ class TrimmedSquare:
         """Return the parts of each line (n,), a place across, that are inside, pulled in."""
         changes = [self._changes(c) for c in lines]
         c = np.repeat(lines, [first.size for _, _, first in changes])
-        places = self._crossings(*map(np.concatenate, zip(*changes, strict=True)), c)
+        low, high, first = (np.concatenate(each) for each in zip(*changes, strict=True))
+        places = self._crossings(low, high, first, c)
         ends = np.cumsum([0] + [first.size for _, _, first in changes])
         return [
             self._pulled(k, float(c), places[a:b].reshape(-1, 2))

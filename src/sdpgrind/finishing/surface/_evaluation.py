@@ -45,7 +45,7 @@ def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
 
 def points_at(net: Net, u: Floats, v: Floats) -> Floats:
     """Points (..., 3) at each pair (u, v), of shapes that broadcast."""
-    return _evaluated(net, u, v, 1)[0]
+    return np.asarray(_evaluated(net, u, v, 1)[0])
 
 
 def _evaluated(net: Net, u: Floats, v: Floats, rows: int) -> Floats:

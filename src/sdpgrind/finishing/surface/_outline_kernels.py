@@ -30,8 +30,8 @@ def _outside(box, x, y, z):
 def clear_of(lines, boxes, points, margin, out):
     """Fill `out` (m,): whether points (m, 3) are at least `margin` away from lines (n, 6) in boxes (g, 6).
 
-    Lines in a box that is farther than another line are not asked. A distance changes by no more than the point moves: points that follow are asked only when they have moved
-    by what was left.
+    Lines in a box that is farther than another line are not asked. A distance changes by no more than the
+    point moves: points that follow are asked only when they have moved by what was left.
     """
     rest, at, nearest = -1.0, 0, 0
     for k in range(len(points)):
