@@ -391,10 +391,10 @@ class SequencePolicy(Plan):
         Examples
         --------
         >>> from sdpgrind import weldbead
-        >>> policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-2)
+        >>> policy = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101)
         >>> table = policy.operator_table(heights=[0.5, 1.0, 2.0], times=[20, 40, 60])
         >>> table.action(0.8, 45.0)  # row 1.0 mm, column 40 s: duration in s, force in N
-        (8.0, 45.31)
+        (8.0, 45.27)
         """
         if path is not None:
             ending_of(path)  # refused before the work
