@@ -51,7 +51,7 @@ def worst(breaks, polynomials, law, limits, feed_max, refine, found):
 
 @compiled
 def closest(breaks, polynomials, law, limits, feed_max, refine, each, found):
-    """Greatest shares over a whole law, (4, 4), looked at once more nearby; `each` for those of its pieces."""
+    """Greatest shares over a whole law, (4, 4), looked at again nearby; `each` for those of its pieces."""
     worst(breaks, polynomials, law, limits, feed_max, refine, each)
     near, closer = np.empty((5, 2)), np.empty((1, QUANTITIES, 4))
     for quantity in range(QUANTITIES):

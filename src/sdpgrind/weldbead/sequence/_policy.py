@@ -340,7 +340,7 @@ class SequencePolicy(Plan):
         >>> from sdpgrind import weldbead
         >>> problem = weldbead.preset("P4").replace(
         ...     scatter=weldbead.Scatter(("K1", "K2", "mu"), (0.1, 0.1, 0.1), law="lognormal"),
-        ...     bead_scatter=weldbead.CoefficientScatter(0.2, 0.2, 0.2))
+        ...     bead_scatter=weldbead.CoefficientScatter(0.2, 0.0, 0.0))
         >>> policy = weldbead.plan(problem, tolerance=None, nodes=101)
         >>> bool(policy.lower_bound(1.0, 48.0) < policy.value(1.0, 48.0))
         True
