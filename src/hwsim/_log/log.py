@@ -337,7 +337,7 @@ class Log(Record):
         >>> import hwsim
         >>> from sdpgrind import weldbead
         >>> problem = weldbead.preset("P1")
-        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=1e-2))
+        >>> controller = weldbead.SequenceController(weldbead.plan(problem, tolerance=None, nodes=101))
         >>> log = hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=20)
         >>> log.plot().savefig("run.png")  # doctest: +SKIP
         """

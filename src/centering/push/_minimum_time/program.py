@@ -203,13 +203,16 @@ class PushProgram:
 
     def _slip(self, at: TipState, v: Any, a: Any, h: Any, r: float, places: int) -> TipState:
         """State after a segment in which force and speed keep their bounds."""
-        for j in range(1, places + 1):
-            t = h * (j / places)
-            after = self.swing.step(at, v, a, t, r)
-            self._require(self.swing.force(after, v + a * t), self.task.margin, self.task.force)
-            if j < places:
-                self._require(after.speed, 0.0, np.inf)
-        return after
+        import casadi
+
+        t = h * casadi.DM(np.arange(1, places + 1) / places)
+        after = self.swing.step(at, v, a, t, r)
+        force = self.swing.force(after, v + a * t)
+        for j in range(places - 1):
+            self._require(force[j], self.task.margin, self.task.force)
+            self._require(after.speed[j], 0.0, np.inf)
+        self._require(force[-1], self.task.margin, self.task.force)
+        return TipState(after.closing[-1], after.speed[-1])
 
     def _rest(self, k: int, r: float, at: TipState) -> None:
         """Add the last segment: the part stops near enough, and the tip does not move it again."""

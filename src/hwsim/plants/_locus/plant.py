@@ -142,9 +142,9 @@ class AdaptiveGrinder(Described):
     >>> problem = locus.preset("grinding-roughness")
     >>> controller = locus.AreaController(locus.plan(problem), per_part="dressing_lead", period=0.5)
     >>> grinder = hwsim.AdaptiveGrinder(problem, dullness=1.2, dressing_state=1.0)
-    >>> log = hwsim.run(grinder, controller, parts=3, adapt=locus.LearnedStart())
+    >>> log = hwsim.run(grinder, controller, parts=2, adapt=locus.LearnedStart())
     >>> (1e3 * log.outcome.roughness_slack.values).round(2)  # um
-    array([0.23, 0.14, 0.08])
+    array([0.23, 0.14])
     """
 
     problem: Problem = custom(_ground)

@@ -8,6 +8,7 @@ from sdpgrind.finishing.timing._time_law import advanced
 
 _advanced = compiled(advanced)
 QUANTITIES = 4  # derived: speed, acceleration, jerk of the joints; feed
+CLOSER = 20  # chosen: places about the greatest share of a limit
 
 
 @compiled
@@ -46,3 +47,33 @@ def worst(breaks, polynomials, law, limits, feed_max, refine, found):
             time = span * i / parts
             piece = _piece_at(breaks, _advanced(time, *row[1:])[0], piece)
             _note(time, row, (polynomials[piece], breaks[piece]), joints, limits, feed_max, found[k])
+
+
+@compiled
+def closest(breaks, polynomials, law, limits, feed_max, refine, each, found):
+    """Greatest shares over a whole law, (4, 4), looked at again nearby; `each` for those of its pieces."""
+    worst(breaks, polynomials, law, limits, feed_max, refine, each)
+    near, closer = np.empty((5, 2)), np.empty((1, QUANTITIES, 4))
+    for quantity in range(QUANTITIES):
+        piece = np.argmax(each[:, quantity, 0])
+        begin = _around(law[:, piece : piece + 2], each[piece, quantity, 2], refine, near)
+        closer[:], closer[0, :, 1] = 0.0, -1.0
+        worst(breaks, polynomials, near, limits, feed_max, CLOSER, closer)
+        closer[0, quantity, 2] += begin
+        nearby = closer[0, quantity, 0] > each[piece, quantity, 0]
+        for i in range(4):
+            found[quantity, i] = closer[0, quantity, i] if nearby else each[piece, quantity, i]
+
+
+@compiled
+def _around(piece, time, refine, near):
+    """Start of a short part of a piece (5, 2) about a time; the part goes into `near`, from time 0."""
+    begin, end, jerk = piece[0, 0], piece[0, 1], piece[4, 0]
+    step = (end - begin) / refine
+    first = max(begin, min(time - step, end - 2 * step))
+    width = min(2 * step, end - begin)
+    length, feed, bend = _advanced(first - begin, piece[1, 0], piece[2, 0], piece[3, 0], jerk)
+    last = _advanced(width, length, feed, bend, jerk)
+    near[0, 0], near[1, 0], near[2, 0], near[3, 0], near[4, 0] = 0.0, length, feed, bend, jerk
+    near[0, 1], near[1, 1], near[2, 1], near[3, 1], near[4, 1] = width, last[0], last[1], last[2], jerk
+    return first

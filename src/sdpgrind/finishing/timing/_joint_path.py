@@ -78,6 +78,11 @@ class JointPath(Described):
             polynomials[:, power] = spline(breaks[:-1], power) / factorial(power)
         return Pieces(breaks, polynomials)
 
+    @cached_property
+    def steepest(self) -> Floats:
+        """Greatest slope of each joint at the samples, rad or mm per mm."""
+        return np.asarray(np.abs(self.derivatives(self.length)[:, 1]).max(axis=0))
+
     def at(self, length: npt.ArrayLike, derivative: int = 0) -> Floats:
         """Return the joints at arc lengths, or a derivative of them over arc length.
 

@@ -160,8 +160,7 @@ def _slowed(given: LimitedRun, acceleration: float) -> tuple[TimeLaw, float]:
 
 def _straight(given: LimitedRun, order: int) -> float:
     """Speed (order 0), acceleration or jerk along the path that straight moving joints allow, mm and s."""
-    steepest = np.abs(given.run.derivatives(given.run.length)[:, 1]).max(axis=0)
-    return float(np.min(given.limits.table[order] / np.maximum(steepest, 1e-9)))
+    return float(np.min(given.limits.table[order] / np.maximum(given.run.steepest, 1e-9)))
 
 
 # Makers of one run's law, by the name of the method.

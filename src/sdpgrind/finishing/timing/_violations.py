@@ -108,44 +108,33 @@ def worst_violation(
 
 def closest(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
     """Greatest share of each limit over one run: (4, 4) = quantities by (ratio, joint, time, length)."""
-    rows = _rows(law)
-    each = _shares(run, rows, limits, feed_rate, refine)
+    rows, each = _rows(law), _none(law)
     found = np.empty((len(QUANTITIES), 4))
-    for quantity, piece in enumerate(np.argmax(each[:, :, 0], axis=0)):
-        near, begin = _around(rows[:, piece : piece + 2], each[piece, quantity, 2], refine)
-        closer = _shares(run, near, limits, feed_rate, 20)[0, quantity] + [0.0, 0.0, begin, 0.0]
-        found[quantity] = max(each[piece, quantity], closer, key=lambda row: row[0])
+    check_kernels.closest(*run.pieces, rows, limits.table, feed_rate, refine, each, found)
     return found
 
 
 def shares(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
     """Greatest share of each limit in every piece of a law: (k, 4, 4)."""
-    return _shares(run, _rows(law), limits, feed_rate, refine)
+    found = _none(law)
+    check_kernels.worst(*run.pieces, _rows(law), limits.table, feed_rate, refine, found)
+    return found
 
 
-def _shares(run: JointPath, rows: Floats, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
-    """Greatest share of each limit over a law's rows (5, k + 1), in every piece: (k, 4, 4)."""
-    found = np.zeros((rows.shape[1] - 1, len(QUANTITIES), 4))
+def _none(law: TimeLaw) -> Floats:
+    """No share in any piece of a law, (k, 4, 4)."""
+    found = np.zeros((law.length.size, len(QUANTITIES), 4))
     found[:, :, 1] = -1
-    check_kernels.worst(*run.pieces, rows, limits.table, feed_rate, refine, found)
     return found
 
 
 def _rows(law: TimeLaw) -> Floats:
     """The law as one array (5, k + 1), its end in the last column."""
-    end = law.at(law.duration)
-    columns = zip((law.length, law.feed, law.acceleration, law.jerk), end, strict=True)
-    return np.stack([law.knots, *(np.append(row, last) for row, last in columns)])
-
-
-def _around(piece: Floats, time: float, refine: int) -> tuple[Floats, float]:
-    """A short part of a piece (5, 2) about a time, as rows from time 0, and its start."""
-    begin, end = piece[0]
-    step = (end - begin) / refine
-    first = float(max(begin, min(time - step, end - 2 * step)))
-    width = min(2 * step, end - begin)
-    there = moved(first - begin, *piece[1:, 0])
-    return np.array([[0.0, *there], [width, *moved(width, *there)]]).T.copy(), first
+    rows = np.empty((5, law.knots.size))
+    rows[0], rows[1, :-1], rows[2, :-1] = law.knots, law.length, law.feed
+    rows[3, :-1], rows[4, :-1] = law.acceleration, law.jerk
+    rows[1:, -1] = moved(law.knots[-1] - law.knots[-2], *rows[1:, -2])
+    return rows
 
 
 def slowing(ratios: Floats) -> float:

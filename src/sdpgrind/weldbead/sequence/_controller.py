@@ -61,7 +61,8 @@ class SequenceController(Stateful):
     Examples
     --------
     >>> from sdpgrind import weldbead
-    >>> controller = weldbead.SequenceController(weldbead.plan(weldbead.preset("P1"), tolerance=1e-2))
+    >>> policy = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101)
+    >>> controller = weldbead.SequenceController(policy)
     >>> command = controller.step(height=1.0, time_left=10.0)
     >>> command["duration"], command["stop"], controller.report()["penalty"] > 0
     (10.0, 0.0, True)

@@ -1,5 +1,6 @@
 """Plans of beads whose coefficients are known, with the weights of such beads."""
 
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -21,11 +22,13 @@ def known_beads(policy: SequencePolicy) -> list[tuple[float, SequencePolicy | No
 
     None: no admissible force removes such a bead.
     """
-    return [(weight, _planned(policy.problem, told)) for weight, told in _beads(policy.problem)]
+    planned = cache(partial(_planned, policy.problem))  # beads are equal where a coefficient has no scatter
+    return [(weight, planned(*told)) for weight, told in _beads(policy.problem)]
 
 
-def _planned(problem: SequenceProblem, told: dict[str, float]) -> SequencePolicy | None:
+def _planned(problem: SequenceProblem, *coefficients: float) -> SequencePolicy | None:
     """Plan of a bead with known coefficients (J/mm^3, W, 1) and the scatter of passes."""
+    told = dict(zip(COEFFICIENTS, coefficients, strict=True))
     passes = problem.scatter.replace(mean="coefficient")
     try:
         bead = problem.replace(scatter=passes, bead_scatter=None, **told)
@@ -34,7 +37,7 @@ def _planned(problem: SequenceProblem, told: dict[str, float]) -> SequencePolicy
     return SequencePolicy(bead, sdp.plan(sdp_problem(bead, NODES, levels=LEVELS)))
 
 
-def _beads(problem: SequenceProblem) -> list[tuple[float, dict[str, float]]]:
+def _beads(problem: SequenceProblem) -> list[tuple[float, list[float]]]:
     """Weights, and coefficients of one bead (J/mm^3, W, 1)."""
     assert problem.bead_scatter is not None
     covariance = problem.bead_scatter.log_covariance
@@ -43,7 +46,7 @@ def _beads(problem: SequenceProblem) -> list[tuple[float, dict[str, float]]]:
     found = []
     for weight, normal in _points():
         factors = np.exp(root @ normal - 0.5 * np.diag(covariance)).tolist()
-        told = {n: f * getattr(problem.model, n) for n, f in zip(COEFFICIENTS, factors, strict=True)}
+        told = [f * getattr(problem.model, n) for n, f in zip(COEFFICIENTS, factors, strict=True)]
         found.append((weight, told))
     return found
 

@@ -81,7 +81,7 @@ class OperatorTable:
         Examples
         --------
         >>> from sdpgrind import weldbead
-        >>> policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-2)
+        >>> policy = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101)
         >>> table = policy.operator_table(heights=[0.5, 1.0, 2.0], times=[20, 40, 60])
         >>> table.action(0.0, 30.0)
         (0.0, nan)

@@ -355,7 +355,8 @@ class SequenceProblem(Described):
         >>> from sdpgrind import weldbead
         >>> power = [150.0, 300.0, 450.0, 600.0]
         >>> rate = [5.1, 19.8, 35.2, 49.9]
-        >>> found = weldbead.preset("P1").doubts({"grinding_power": power, "removal_rate": rate})
+        >>> problem = weldbead.preset("P1").replace(durations=(6, 12), height_max=1.0, horizon=24.0)
+        >>> found = problem.doubts({"grinding_power": power, "removal_rate": rate})
         >>> found["specific_energy"].verdict, found["friction_ratio"].verdict
         ('agrees', 'not told')
         """
