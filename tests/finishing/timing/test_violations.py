@@ -72,3 +72,13 @@ def test_every_method_holds_every_limit(limits):
     for method in ("trapezoid", "min_time"):
         laws = time_laws(runs, limits, feed_rate=200.0, method=method)
         assert worst_violation(runs, laws, limits=limits, feed_rate=200.0).ratio <= 1 + 1e-6
+
+
+def test_the_greatest_share_is_looked_for_between_the_places():
+    """The slope is 1 at 3.3 mm only; the nearest of four places shows 1.3 % less."""
+    length = np.linspace(0.0, 10.0, 6)
+    run = JointPath(length, (length - (length - 3.3) ** 3 / 150.0)[:, None])
+    limits = JointLimits(["X"], speed_max=[10.0], acceleration_max=[1e6])
+    law = TimeLaw([0.0, 1.0], [0.0], [10.0], [0.0], [0.0])
+    found = worst_violation([run], [law], limits=limits, feed_rate=1e3, refine=2)
+    assert found.ratio == pytest.approx(1.0, abs=1e-3) and found.length == pytest.approx(3.3, abs=0.15)
