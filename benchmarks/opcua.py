@@ -277,7 +277,7 @@ def safe(trials):
             told(name, [trial(server, plant, odd) for _ in range(trials)], name == "interpreter held")
         plant.close()
         told("link cut", cuts(server, trials), True)
-        told("process killed", [killed(server) for _ in range(max(1, trials // 4))], True)
+        told("process killed", [killed(server) for _ in range(trials)], True)
 
 
 def cuts(server, trials):
@@ -318,7 +318,7 @@ def gate(trials):
         for name, odd in causes.items():
             told(f"{name}, gate", [trial(server, plant, odd, gate=True) for _ in range(trials)], False)
         plant.close()
-        told("process killed, gate", [killed(server, "--gate") for _ in range(max(1, trials // 2))], False)
+        told("process killed, gate", [killed(server, "--gate") for _ in range(trials)], False)
 
 
 def told(name, found, by_machine):

@@ -142,3 +142,44 @@ def test_a_centering_machine_is_withdrawn_by_its_safe_command():
     one.advance(30 * MS)
     one.latch(machine.safe, "asked", 30 * MS)
     assert one.machine.done  # its computer took the command at the next sample
+
+
+class Broken(Axis):
+    """Its physics fails from 0.05 s on; with `untold` it has no outcome either."""
+
+    untold = False
+
+    def start(self, rng):
+        slide = super().start(rng)
+        step, outcome = slide.step, slide.outcome
+
+        def failing(command, ticks):
+            if slide.time + ticks > 5:
+                raise ZeroDivisionError("stiffness")
+            return step(command, ticks)
+
+        def told():
+            if self.untold:
+                raise RuntimeError("nothing was measured")
+            return outcome()
+
+        slide.step, slide.outcome = failing, told
+        return slide
+
+
+class Untold(Broken):
+    untold = True
+
+
+@pytest.mark.parametrize(("plant", "outcome"), [(Broken(), {"place": 0.05, "stopped": 0.0}), (Untold(), {})])
+def test_a_plant_that_fails_ends_its_part_and_not_the_thread_of_the_machine(plant, outcome):
+    one = course(plant)
+    one.take({"velocity": 1.0}, 0)
+    one.advance(50 * MS)
+    assert not one.over
+    assert one.advance(80 * MS) is False
+    assert one.over and one.latched == "the machine failed: ZeroDivisionError: stiffness"
+    shown = one.sample()
+    assert shown.latched == one.latched and not shown.done and shown.outcome == pytest.approx(outcome)
+    with pytest.raises(Refused, match="stiffness"):
+        one.take({"velocity": 1.0}, 90 * MS)

@@ -90,6 +90,14 @@ class PacedPart:
         if ticks <= 0:
             return False
         self._fresh = {}
+        try:
+            return self._step(ticks)
+        except Exception as error:  # of the user's own plant: the machine's thread and watchdog outlive it
+            self.latched = f"the machine failed: {type(error).__name__}: {error}"
+            return False
+
+    def _step(self, ticks: int) -> bool:
+        """Advance by some ticks, or to an event; return whether there was one."""
         self.reading = self.machine.step({}, ticks)
         if not self.machine.event:
             return False
@@ -137,11 +145,21 @@ class PacedPart:
             self.latched = f"{reason}; the safe command was refused: {error}"
         self._held |= safe
 
+    def _outcome(self) -> Mapping[str, Any]:
+        """Outcome of a part that is over; empty where the machine is too broken to tell it."""
+        try:
+            told: Mapping[str, Any] = self.machine.outcome()
+        except Exception as error:
+            self.latched = self.latched or f"the machine failed: {type(error).__name__}: {error}"
+            return {}
+        return told
+
     def sample(self) -> ShownSample:
         """Take the next sample, as the faults of the machine leave it."""
         machine, faults = self.machine, shown_faults(self.machine)
         self._sequence += 1
         self._told = max(self._told, self._sequence - faults.lag)
+        outcome = self._outcome() if self.over else None
         latched = self.latched or faults.lost
         return ShownSample(
             self.part,
@@ -152,7 +170,7 @@ class PacedPart:
             self._events,
             machine.done and not latched,
             latched,
-            machine.outcome() if self.over else None,
+            outcome,
             faults.shift,
             faults.cut,
         )

@@ -54,6 +54,7 @@ class House:
         self._driver: Driver | None = None
         self.url = address.url
         self._hurried = False  # whether threads switch sooner for this server
+        self._froze = False  # whether this server keeps objects out of the collector
 
     async def open(self) -> None:
         """Build the address space, then listen."""
@@ -77,6 +78,7 @@ class House:
         self.url = self._address._replace(port=server.bserver.port).url
         hurry()
         self._hurried = True
+        self._froze = not gc.get_freeze_count()  # else the user's choice stays
         gc.freeze()  # a full collection walks through 100 000 nodes of the standard: half a second of silence
 
     def _driven(self, space: Space) -> Driver:
@@ -113,7 +115,9 @@ class House:
         if self._hurried:
             leave()
             self._hurried = False
-        gc.unfreeze()
+        if self._froze:
+            gc.unfreeze()
+            self._froze = False
         thread.stop()
 
     async def _close(self) -> None:

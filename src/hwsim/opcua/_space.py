@@ -58,6 +58,12 @@ class StandardNodes(InternalServer):  # type: ignore[misc]  # asyncua is not fol
         for key, node in _standard.items():
             self.aspace[key] = _copied(node)
 
+    async def stop(self) -> None:
+        """Stop, and let go of the nodes, 18 MB: they refer to each other and would wait for a full collection."""
+        await super().stop()
+        for key in list(self.aspace.keys()):
+            del self.aspace[key]
+
 
 def _copied(node: NodeData) -> NodeData:
     """A node with attributes and references of its own; their values are never changed in place."""
