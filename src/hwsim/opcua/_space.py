@@ -59,7 +59,7 @@ class StandardNodes(InternalServer):  # type: ignore[misc]  # asyncua is not fol
             self.aspace[key] = _copied(node)
 
     async def stop(self) -> None:
-        """Stop, and let go of the nodes, 18 MB: they refer to each other and would wait for a full collection."""
+        """Stop, and let go of the nodes: 18 MB that refer to each other would wait for a full collection."""
         await super().stop()
         for key in list(self.aspace.keys()):
             del self.aspace[key]
