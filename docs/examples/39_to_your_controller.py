@@ -2,8 +2,8 @@
 To your controller
 ==================
 
-A planned motion becomes a program of the robot's controller: URScript, RAPID, KRL, or a table of joints. It is read back
-and followed before it is written, and says what it keeps of the plan."""
+A planned motion becomes a program of the robot's controller: URScript, RAPID, KRL, a table of joints, or a trajectory of
+ROS. It is read back and followed before it is written, and says what it keeps of the plan."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -40,11 +40,12 @@ plt.show()
 # What is not kept
 # ----------------
 # Straight moves have the planned mean feed each; the controller's own law of time applies between them. Times are kept by
-# the table, and by URScript that streams joints every 8 ms.
+# the table, by the trajectory of ROS, and by URScript that streams joints every 8 ms.
 for text in (
     motion.program("rapid"),
     motion.program("krl"),
     motion.program("csv"),
+    motion.program("ros"),
     motion.program("urscript", timing=True),
 ):
     print(f"{text.target:9s} {text.text.count(chr(10)):5d} lines, {1e3 * text.check().deviation:5.1f} µm")
@@ -77,6 +78,10 @@ for text in (
 #      - joints over time; s, rad, mm
 #      - kept
 #      - joints
+#    * - ``"ros"``
+#      - places and speeds of joints; s, rad, m; ``json.load(file)["trajectory"]`` is a ``JointTrajectory``
+#      - kept
+#      - joints, by the names of the robot
 #
 # None has been run on a controller. A controller's blends differ from circles, and may end a move early; the joints of its
 # model may count from other zeros. Mass and centre of gravity of your tool are not in the plan. Try a program slowly,

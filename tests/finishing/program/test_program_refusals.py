@@ -1,6 +1,7 @@
 """What the check of a program finds, and what is refused."""
 
 import dataclasses
+import json
 import re
 from functools import cache
 
@@ -165,6 +166,37 @@ def test_a_table_or_stream_that_loses_a_row_or_a_digit_is_refused(timing):
     assert refused(program, "\n".join(program.text.split("\n")[:middle]))
 
 
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda told: told.pop("units"), r"with units \(rad or m\).*KeyError: 'units'"),
+        (lambda told: told.update(units=["deg"] * 6), "rad or m.*'deg'"),
+        (lambda told: told["units"].pop(), "a unit a joint and two points or more; got 5 units, 6 joints"),
+        (lambda told: told["trajectory"].update(points=[]), "two points or more; got .* 0 points"),
+        (lambda told: told["trajectory"]["points"][3].pop("velocities"), "6 finite velocities.*point 3 has None"),
+        (lambda told: told["trajectory"]["points"][3]["positions"].pop(), "6 finite positions a point; point 3"),
+        (lambda told: told["trajectory"]["points"][3]["positions"].__setitem__(0, float("nan")), "point 3 has"),
+        (lambda told: told["trajectory"]["points"][4]["time_from_start"].update(sec=-1), r"rise \(s\).*point 4"),
+        (lambda told: told["trajectory"]["points"][4].pop("time_from_start"), "sec and nanosec.*point 4 has not"),
+    ],
+)  # fmt: skip
+def test_a_trajectory_of_ros_that_says_too_little_is_refused(change, told):
+    text = json.loads(planned("small").program("ros").text)
+    change(text)
+    with pytest.raises(ValueError, match=f"text must .*{told}"):
+        read_text(json.dumps(text))
+
+
+def test_a_trajectory_of_ros_that_moves_otherwise_is_refused():
+    program = planned("small").program("ros")
+    text = json.loads(program.text)
+    points = text["trajectory"]["points"]
+    points[len(points) // 2]["velocities"][1] += 1.0
+    assert refused(program, json.dumps(text))
+    with pytest.raises(ValueError, match="JSON with units"):
+        read_text(program.text[:-20])
+
+
 def test_a_program_whose_check_fails_is_not_written(tmp_path):
     program = planned("small").program("urscript")
     wrong = dataclasses.replace(program, deviation=0.5 * program.check().deviation)
@@ -179,7 +211,7 @@ def test_a_program_whose_check_fails_is_not_written(tmp_path):
 @pytest.mark.parametrize(
     ("target", "options", "told"),
     [
-        ("gcode", {}, "target must be one of urscript, rapid, krl, csv"),
+        ("gcode", {}, "target must be one of urscript, rapid, krl, csv, ros"),
         ("krl", {"deviation": 0.0}, "deviation must be > 0"),
         ("krl", {"deviation": 20e-6}, "deviation must be in mm, some 0.02"),
         ("krl", {"name": "a" * 25}, "at most 24 in krl"),

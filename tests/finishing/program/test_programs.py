@@ -1,5 +1,6 @@
 """Programs of robots: every target follows four motions, few points, feeds, numbers, files."""
 
+import json
 import re
 
 import numpy as np
@@ -13,8 +14,15 @@ from sdpgrind.finishing._program.course import Run, frames_of
 from sdpgrind.finishing._program.form import turn_vectors
 from sdpgrind.finishing._program.krl import euler_angles
 
-TARGETS = ["urscript", "rapid", "krl", "csv", "stream"]
-ENDINGS = {"urscript": "script", "rapid": "mod", "krl": "src", "csv": "csv", "stream": "script"}
+TARGETS = ["urscript", "rapid", "krl", "csv", "ros", "stream"]
+ENDINGS = {
+    "urscript": "script",
+    "rapid": "mod",
+    "krl": "src",
+    "csv": "csv",
+    "ros": "json",
+    "stream": "script",
+}
 LINES = ["urscript", "rapid", "krl"]
 
 
@@ -150,8 +158,40 @@ def test_an_arm_over_a_table_has_a_table_of_joints_alone(tmp_path):
     names = next(line for line in program.text.splitlines() if line.startswith("time_s")).split(",")
     assert names == ["time_s", "q1_rad", "q2_rad", "q3_rad", "q4_rad", "q5_rad", "X_mm", "Y_mm"]
     assert program.check().deviation <= 0.02
-    with pytest.raises(ValueError, match=r"robot must be a SerialRobot.*for krl.*take csv"):
+    with pytest.raises(ValueError, match=r"robot must be a SerialRobot.*for krl.*take csv or ros"):
         motion.program("krl")
+
+
+def cubic(points, name, seconds):
+    """Value of one joint on the cubic between the points around a time (s), by Hermite's formula."""
+    time = [each["time_from_start"]["sec"] + 1e-9 * each["time_from_start"]["nanosec"] for each in points]
+    k = min(int(np.searchsorted(time, seconds, side="right")) - 1, len(time) - 2)
+    step = time[k + 1] - time[k]
+    u = (seconds - time[k]) / step
+    (p, v), (q, w) = ((each["positions"][name], each["velocities"][name]) for each in points[k : k + 2])
+    hermite = (
+        (1 + 2 * u) * (1 - u) ** 2,
+        u * (1 - u) ** 2 * step,
+        u * u * (3 - 2 * u),
+        -u * u * (1 - u) * step,
+    )
+    return hermite[0] * p + hermite[1] * v + hermite[2] * q + hermite[3] * w
+
+
+def test_a_trajectory_of_ros_is_the_motion_in_m_and_rad():
+    """Between its points, too: nanoseconds at 1 rad/s and ten decimals are 1e-9 rad."""
+    path = finishing.hilbert(finishing.surface.flat_surface(8.0), 2, mapping="parametric")
+    motion = finishing.plan(finishing.FinishingProblem(path))
+    told = json.loads(motion.program("ros").text)
+    message = told["trajectory"]
+    assert message["joint_names"] == ["q1", "q2", "q3", "q4", "q5", "X", "Y"]
+    assert told["units"] == ["rad"] * 5 + ["m"] * 2 and set(message) == {"header", "joint_names", "points"}
+    scale = np.array([1.0] * 5 + [1e-3] * 2)
+    for seconds in np.linspace(0.0, motion.duration, 97)[:-1]:
+        found = [cubic(message["points"], k, seconds) for k in range(7)]
+        assert found == pytest.approx(motion.at(seconds).joints * scale, abs=5e-9)
+    assert message["points"][-1]["velocities"] == pytest.approx([0.0] * 7, abs=1e-9)  # or it is refused
+    assert motion.program("ros").check().deviation < 1e-5
 
 
 def test_a_table_has_more_rows_where_the_deviation_asks_for_them():

@@ -40,7 +40,7 @@ on after the last finished part, with the results that it would have had; a fini
         "--study": "vary tool, path, feed and force by an L18, analyse, confirm",
     }
     choices: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "--program": ("write the motion as a program into --out", "urscript", "rapid", "krl", "csv")
+        "--program": ("write the motion as a program into --out", "urscript", "rapid", "krl", "csv", "ros")
     }
     counts: ClassVar[Mapping[str, str]] = {"--confirm": "with --study: number of runs that confirm it (3)"}
 

@@ -188,6 +188,11 @@ class Motion(Plan):
         return table
 
     @property
+    def profile_speed(self) -> Floats:
+        """Speeds of the joints at the times of `profile`, shape (k, n), rad/s or mm/s."""
+        return self.joint_speed[self._once]
+
+    @property
     def _once(self) -> Bools:
         """Rows without the second ones of sharp corners."""
         return np.concatenate([[True], np.diff(self.time) > 0])
@@ -277,17 +282,19 @@ class Motion(Plan):
         timing: bool = False,
         date: str | None = None,
     ) -> MotionProgram:
-        """Return the motion as a program of a robot's controller: URScript, RAPID, KRL, or a table.
+        """Return the motion as a program of a robot's controller: URScript, RAPID, KRL, ROS, or a table.
 
         Straight moves of the contact with blends, as few as the deviation allows; they start and end 20 mm
         off the work. Feeds are the planned means of the moves; the controller's own law of time applies.
-        Times are kept by ``"csv"``, joints at the rows of the motion, and by ``"urscript"`` with `timing`,
-        joints every 8 ms. No program has been run on a controller; its blends differ from circles.
+        Times are kept by ``"csv"``, joints at the rows of the motion; by ``"ros"``, joints and their speeds
+        at the rows as ``trajectory_msgs/JointTrajectory`` in JSON; by ``"urscript"`` with `timing`, joints
+        every 8 ms. No program has been run on a controller; its blends differ from circles.
 
         Parameters
         ----------
-        target : {"urscript", "rapid", "krl", "csv"}
-            Language of the controller. All but "csv" need a `SerialRobot`.
+        target : {"urscript", "rapid", "krl", "csv", "ros"}
+            Language of the controller. All but "csv" and "ros" need a `SerialRobot`; ROS
+            knows the joints by `robot.names`, those of the URDF.
         deviation : float
             Greatest distance of the contact from the plan, and of a turn of the tool times the lever arm,
             mm; half for chords, half for blends.

@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.configuration import STEP, check_configuration
@@ -108,23 +109,30 @@ def _excess(feeds: Floats, planned: Floats, block: Any) -> float:
 
 
 def check_table(path: Any, motion: PlannedMotion) -> MotionCheck:
-    """Compare joints over time, straight between their rows, with a motion at the same times."""
+    """Compare joints over time with a motion at the same times."""
     robot, lever = motion.problem.robot, motion.problem.lever_arm
     if path.joints.shape[1] != len(robot.names):
         raise ValueError(f"text must have {len(robot.names)} joints a row; got {path.joints.shape[1]}")
     share = np.arange(PLACES) / PLACES
     inner = (path.time[:-1, None] + share * np.diff(path.time)[:, None]).ravel()
     time = np.union1d(np.append(inner, path.time[-1]), motion.time)
-    told = np.stack([np.interp(time, path.time, column) for column in path.joints.T], axis=1)
+    told = _over_time(path, time)
     planned = motion.at(np.clip(time, 0.0, motion.time[-1])).joints
     here, wanted = robot.forward_work(told), robot.forward_work(planned)
-    if path.target != "csv":
+    if path.approach.size:
         lifts = _lifts(path, motion)
         here, wanted = np.concatenate([here, lifts[0]]), np.concatenate([wanted, lifts[1]])
     here, wanted = here @ shifted(lever), wanted @ shifted(lever)
     off = np.linalg.norm(here[:, :3, 3] - wanted[:, :3, 3], axis=1)
     angle = float(angle_between(turns_of(here), turns_of(wanted)).max())
     return MotionCheck(max(float(off.max()), lever * angle), angle, 0.0)
+
+
+def _over_time(path: Any, time: Floats) -> Floats:
+    """Joints at times: on cubics where the program tells speeds, else on straight lines."""
+    if path.speeds.size:
+        return np.asarray(CubicHermiteSpline(path.time, path.joints, path.speeds)(time))
+    return np.stack([np.interp(time, path.time, column) for column in path.joints.T], axis=1)
 
 
 def _lifts(path: Any, motion: PlannedMotion) -> tuple[Floats, Floats]:

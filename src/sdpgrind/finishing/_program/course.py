@@ -50,6 +50,10 @@ class PlannedMotion(Protocol):
     def profile(self) -> Floats:
         """Times (s) and joints (rad, mm), each time once."""
 
+    @property
+    def profile_speed(self) -> Floats:
+        """Speeds of the joints at those times, rad/s or mm/s."""
+
     def at(self, time: Any) -> Any:
         """Joints, length and feed at times, s."""
 

@@ -30,15 +30,17 @@ from sdpgrind.finishing._program.cuts import parts_of, rests_in_air
 from sdpgrind.finishing._program.form import TextForm
 from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing._program.table import table
+from sdpgrind.finishing._program.trajectory import trajectory
 from sdpgrind.finishing._program.turns import turns_of
 from sdpgrind.finishing.arm._serial import SerialRobot
 from sdpgrind.finishing.path._lifted_path import LiftedPath
 
-TARGETS = ("urscript", "rapid", "krl", "csv")
-ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv"}
+TARGETS = ("urscript", "rapid", "krl", "csv", "ros")
+ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv", "ros": ".json"}
+_OVER_TIME = ("csv", "ros")  # joints over time, whatever the robot
 _USUAL, _TYPICAL = (0.002, 5.0), 0.02  # mm, chosen: rounding of the numbers to what no finishing needs
 # source: KRL 24 characters; RAPID 32, two of them for p_, t_, w_; others: chosen
-_NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60}
+_NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60, "ros": 60}
 _POINTS = 5000  # source: specification, size of a KRL program that its editor takes
 _TURNED = 0.35  # rad, source: specification, greatest turn of a joint from pose to pose
 _STILL = 1e-6  # rad, chosen: turn of a tool at rest that is rounding
@@ -64,7 +66,7 @@ class MotionProgram(Program):
         The program, ASCII.
     deviation : float
         Greatest distance of the contact from the plan that the program states, mm.
-    target : {"urscript", "rapid", "krl", "csv"}
+    target : {"urscript", "rapid", "krl", "csv", "ros"}
         Language.
     name : str
         Name of the program.
@@ -78,7 +80,7 @@ class MotionProgram(Program):
 
     @property
     def ending(self) -> str:
-        """Ending of its file: ".script" (m, rad), ".mod" (mm), ".src" (mm, deg) or ".csv" (s, rad, mm)."""
+        """Ending of its file: .script, .json (m, rad), .mod (mm), .src (mm, deg) or .csv (s, rad, mm)."""
         return ENDINGS[self.target]
 
     def check(self) -> MotionCheck:
@@ -156,11 +158,11 @@ def program_of(
     allowed = _deviation(deviation)
     _check_name(target, name)
     _check_spin(motion)
-    if checks.kind("timing", timing, bool) and target not in ("urscript", "csv"):
+    if checks.kind("timing", timing, bool) and target not in ("urscript", *_OVER_TIME):
         raise ValueError(f"timing must be False for {target}, which keeps no times; take urscript or csv")
     head = list(_head(motion, target, allowed, name, date))
-    if target == "csv":
-        return _table(motion, head, allowed, name)
+    if target in _OVER_TIME:
+        return (_table if target == "csv" else _trajectory)(motion, head, allowed, name)
     _check_robot(motion, target)
     text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
     return MotionProgram(text, allowed, target, name, motion)
@@ -187,7 +189,7 @@ def _check_robot(motion: PlannedMotion, target: str) -> None:
     if not isinstance(robot, SerialRobot):
         raise ValueError(
             f"robot must be a SerialRobot, whose flange is known and whose work is at rest, for {target};"
-            f" got {checks.shown(robot)}; take csv"
+            f" got {checks.shown(robot)}; take csv or ros"
         )
     turn = float(np.abs(motion.joints).max())
     if target in ("urscript", "krl") and turn > 2 * np.pi:
@@ -221,7 +223,7 @@ def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date:
     yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {problem.feed_rate:g} mm/s{air}"
     yield f"deviation: contact within {deviation:g} mm of the plan; a turn of the tool counts"
     yield f"times the lever arm of {problem.lever_arm:g} mm"
-    if target == "csv":
+    if target in _OVER_TIME:
         return
     yield "starts and ends 20 mm off the work; not run on a controller: try it slowly, above the work"
     yield f"branch {motion.posture.branch} of the model; joints and base are those of the model of the robot"
@@ -278,6 +280,14 @@ def _table(motion: PlannedMotion, head: list[str], deviation: float, name: str) 
         rows = np.column_stack([time, motion.at(time).joints])
     assert program is not None  # made in the first round
     return program
+
+
+def _trajectory(motion: PlannedMotion, head: list[str], deviation: float, name: str) -> MotionProgram:
+    """Joints and their speeds at the rows of the motion, which is a cubic between them."""
+    robot = motion.problem.robot
+    told = ["times are kept: a cubic in each joint between points, as of a joint_trajectory_controller"]
+    text = trajectory([*head, *told], motion.profile, motion.profile_speed, robot.names, robot.units)
+    return MotionProgram(text, deviation, "ros", name, motion)
 
 
 def _stream(motion: PlannedMotion, head: list[str], name: str) -> str:

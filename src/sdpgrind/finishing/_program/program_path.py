@@ -20,16 +20,18 @@ class ProgramPath(ByValue):
 
     Attributes
     ----------
-    target : {"urscript", "rapid", "krl", "csv"}
+    target : {"urscript", "rapid", "krl", "csv", "ros"}
         Language.
     name : str
-        Name of the program; "" of a table.
+        Name of the program; "" of a table and of ROS.
     approach : array (a, n)
         Joint moves before the rest, rad.
     time : array (m,)
         Times of `joints`, s; empty where the program does not tell them.
     joints : array (m, n)
         Joints over time, rad or mm.
+    speeds : array (m, n)
+        Their speeds, rad/s or mm/s: cubics between the rows. Empty: straight lines.
     retract : array (b, n)
         Joint moves after the rest, rad.
     points : array (k, 3)
@@ -52,6 +54,7 @@ class ProgramPath(ByValue):
     approach: Floats = field(default_factory=lambda: _none(0, 6))
     time: Floats = field(default_factory=lambda: _none(0))
     joints: Floats = field(default_factory=lambda: _none(0, 6))
+    speeds: Floats = field(default_factory=lambda: _none(0, 6))
     retract: Floats = field(default_factory=lambda: _none(0, 6))
     points: Floats = field(default_factory=lambda: _none(0, 3))
     turns: Floats = field(default_factory=lambda: _none(0, 4))

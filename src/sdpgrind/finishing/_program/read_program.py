@@ -9,19 +9,27 @@ from sdpgrind.finishing._program.program_path import ProgramPath
 from sdpgrind.finishing._program.read_krl import called, read_krl
 from sdpgrind.finishing._program.read_rapid import read_rapid
 from sdpgrind.finishing._program.read_table import read_table
+from sdpgrind.finishing._program.read_trajectory import read_trajectory
 from sdpgrind.finishing._program.read_urscript import read_urscript
 
-_READERS = {"urscript": read_urscript, "rapid": read_rapid, "krl": read_krl, "csv": read_table}
+_READERS = {
+    "urscript": read_urscript,
+    "rapid": read_rapid,
+    "krl": read_krl,
+    "csv": read_table,
+    "ros": read_trajectory,
+}
 _MARKS = (
     (r"def \w+\(\):", "urscript"),
     (r"MODULE \w+", "rapid"),
     (r"DEF \w+\(\)", "krl"),
     (r"time_s,", "csv"),
+    (r"\{", "ros"),
 )
 
 
 def read_program(path: str | os.PathLike[str]) -> ProgramPath:
-    r"""Read a program of a robot as its controller would: URScript, RAPID, KRL or a table.
+    r"""Read a program of a robot as its controller would: URScript, RAPID, KRL, a table or ROS.
 
     Read is what `Motion.program` writes, also where it was changed by hand. A statement that is not
     understood is refused. Numbers of RAPID and KRL are kept in single precision, as their controllers do.
@@ -78,6 +86,6 @@ def read_text(text: str) -> ProgramPath:
             if re.match(mark, line.strip()):
                 return _READERS[target](text)
     raise ValueError(
-        "text must be a program in URScript (def ...():), RAPID (MODULE ...), KRL (DEF ...()) or a table"
-        " (time_s,...); got none of these"
+        "text must be a program in URScript (def ...():), RAPID (MODULE ...), KRL (DEF ...()), a table"
+        " (time_s,...) or JSON of ROS ({...}); got none of these"
     )
