@@ -1,6 +1,6 @@
 """Butterworth low-passes; `scipy.signal.butter` gives the same bits, and takes half a second to import."""
 
-from math import pi, tan
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ def analogue(order: int, cutoff: float) -> tuple[Floats, Floats]:
 
 def digital(order: int, cutoff: float, sample_time: float) -> tuple[Floats, Floats]:
     """Return numerator and denominator in powers of 1/z: bilinear, exact at the `cutoff` (rad/s)."""
-    warped = 4.0 * tan(pi * (cutoff / (pi / sample_time)) / 2.0)  # as of a filter of two samples a second
+    warped = 4.0 * np.tan(pi * (cutoff / (pi / sample_time)) / 2.0)  # as of a filter of two samples a second
     poles = warped * _poles(order)
     gain = warped**order * np.real(1.0 / np.prod(4.0 - poles))
     return gain * _with_roots(-np.ones(order)), _with_roots((4.0 + poles) / (4.0 - poles))
