@@ -102,3 +102,20 @@ def test_a_flood_is_cut_and_a_rightful_client_does_not_notice():
         rightful.join()
         plant.close()
     assert found["log"].outcome.aborted.values.tolist() == [0.0]
+
+
+def test_a_peer_that_is_gone_without_a_word_is_found_out():
+    """Its session ends within 10 s; its connection would stay, and after 64 of them nobody could connect."""
+    with hwsim.serve(Axis(), ANY, security="none") as server:
+        host, port = server.url.removeprefix("opc.tcp://").split(":")
+        with socket.create_connection((host, int(port)), 5) as peer:
+            peer.sendall(hello(server.url))
+            assert peer.recv(8)[:3] == b"ACK"
+            (taken,) = server._house._server.bserver.clients
+            connection = taken.transport.get_extra_info("socket")
+            assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
+            idle, pause, count, owed = (
+                connection.getsockopt(socket.IPPROTO_TCP, getattr(socket, name))
+                for name in ("TCP_KEEPIDLE", "TCP_KEEPINTVL", "TCP_KEEPCNT", "TCP_USER_TIMEOUT")
+            )
+            assert idle + pause * count <= 11 and owed <= 11_000
