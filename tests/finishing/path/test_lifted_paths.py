@@ -126,6 +126,14 @@ def test_a_trimmed_face_is_covered(patch, pitch, along):
     assert least_distance(on_work(path), patch) > pitch / 4 - 0.002
 
 
+def test_a_tab_between_two_lines_is_covered():
+    """A tab of 0.7 pitch leaves a tenth of a pitch to the contact, and no line of the passes meets it."""
+    corners = [(2, 1), (16, 1), (16, 4.95), (28, 4.95), (28, 7.05), (16, 7.05), (16, 29), (2, 29), (2, 1)]
+    path = zigzag(Patch(FLAT, [np.array(corners) / 30.0]), 3.0)
+    assert on_work(path)[:, 0].max() == pytest.approx(28.0 - 0.75 - 0.15, abs=0.1)  # an eighth of a pitch
+    assert path.metrics(2.25).coverage > 0.999
+
+
 def test_a_small_hole_is_passed_without_a_lift():
     hole = Patch(FLAT, [0.5 + (DISK - 0.5) / 10])  # 0.6 mm around the middle, beside which a pass leads
     path = zigzag(hole, 2.0)

@@ -192,6 +192,7 @@ def test_a_trajectory_of_ros_is_the_motion_in_m_and_rad():
         assert found == pytest.approx(motion.at(seconds).joints * scale, abs=5e-9)
     assert message["points"][-1]["velocities"] == pytest.approx([0.0] * 7, abs=1e-9)  # or it is refused
     assert motion.program("ros").check().deviation < 1e-5
+    assert not re.search(r"\de[+-]?\d", motion.program("ros").text)  # a number to readers of YAML, too
 
 
 def test_a_table_has_more_rows_where_the_deviation_asks_for_them():

@@ -294,7 +294,7 @@ class Motion(Plan):
         ----------
         target : {"urscript", "rapid", "krl", "csv", "ros"}
             Language of the controller. All but "csv" and "ros" need a `SerialRobot`; ROS
-            knows the joints by `robot.names`, those of the URDF.
+            knows joints by `robot.names`: those of a URDF, or of ``robot.replace(names=...)``.
         deviation : float
             Greatest distance of the contact from the plan, and of a turn of the tool times the lever arm,
             mm; half for chords, half for blends.

@@ -12,6 +12,8 @@ from sdpgrind.finishing._program.follow import PLACES, FollowedPath, followed
 from sdpgrind.finishing._program.matching_kernels import match
 from sdpgrind.finishing._program.turns import angle_between, between, raised, shifted, turns_of
 
+_REST = 1e-6  # rad/s, mm/s, chosen: rounding; a controller refuses a trajectory that ends in motion
+
 
 class MotionCheck(NamedTuple):
     """What a program does, read back from its text.
@@ -113,6 +115,10 @@ def check_table(path: Any, motion: PlannedMotion) -> MotionCheck:
     robot, lever = motion.problem.robot, motion.problem.lever_arm
     if path.joints.shape[1] != len(robot.names):
         raise ValueError(f"text must have {len(robot.names)} joints a row; got {path.joints.shape[1]}")
+    if path.names and tuple(path.names) != tuple(robot.names):
+        raise ValueError(f"text must have the joints {', '.join(robot.names)}; got {', '.join(path.names)}")
+    if path.speeds.size and np.abs(path.speeds[[0, -1]]).max() > _REST:
+        raise ValueError(f"text must begin and end at rest, within {_REST:g} rad/s or mm/s")
     share = np.arange(PLACES) / PLACES
     inner = (path.time[:-1, None] + share * np.diff(path.time)[:, None]).ravel()
     time = np.union1d(np.append(inner, path.time[-1]), motion.time)
@@ -131,7 +137,8 @@ def check_table(path: Any, motion: PlannedMotion) -> MotionCheck:
 def _over_time(path: Any, time: Floats) -> Floats:
     """Joints at times: on cubics where the program tells speeds, else on straight lines."""
     if path.speeds.size:
-        return np.asarray(CubicHermiteSpline(path.time, path.joints, path.speeds)(time))
+        held = np.clip(time, path.time[0], path.time[-1])
+        return np.asarray(CubicHermiteSpline(path.time, path.joints, path.speeds)(held))
     return np.stack([np.interp(time, path.time, column) for column in path.joints.T], axis=1)
 
 

@@ -32,6 +32,8 @@ class ProgramPath(ByValue):
         Joints over time, rad or mm.
     speeds : array (m, n)
         Their speeds, rad/s or mm/s: cubics between the rows. Empty: straight lines.
+    names : tuple of str
+        Names of these joints, where the program tells them.
     retract : array (b, n)
         Joint moves after the rest, rad.
     points : array (k, 3)
@@ -55,6 +57,7 @@ class ProgramPath(ByValue):
     time: Floats = field(default_factory=lambda: _none(0))
     joints: Floats = field(default_factory=lambda: _none(0, 6))
     speeds: Floats = field(default_factory=lambda: _none(0, 6))
+    names: tuple[str, ...] = ()
     retract: Floats = field(default_factory=lambda: _none(0, 6))
     points: Floats = field(default_factory=lambda: _none(0, 3))
     turns: Floats = field(default_factory=lambda: _none(0, 4))

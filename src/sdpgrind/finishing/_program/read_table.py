@@ -35,4 +35,5 @@ def read_table(text: str) -> ProgramPath:
             ) from None
     if len(rows) < 2 or not np.isfinite(rows).all() or np.any(np.diff(rows[:, 0]) <= 0):
         raise ValueError("text must be a table of at least two rows of finite numbers, whose times rise (s)")
-    return ProgramPath("csv", time=rows[:, 0], joints=rows[:, 1:])
+    joints = tuple(name.rpartition("_")[0] for name in names[1:])
+    return ProgramPath("csv", time=rows[:, 0], joints=rows[:, 1:], names=joints)

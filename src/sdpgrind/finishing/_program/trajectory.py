@@ -3,10 +3,8 @@
 import json
 from collections.abc import Sequence
 
-import numpy as np
-
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._program.form import MM_PER_M
+from sdpgrind.finishing._program.form import MM_PER_M, told
 
 NANOSECONDS = 10**9  # derived
 _DECIMALS = 10  # derived: 1e-10 rad at 1.4 m reach, and 1e-10 m, are 0.1 nm
@@ -19,16 +17,20 @@ def trajectory(
 ) -> str:
     """Write times and joints (m, n + 1) with their speeds (m, n) as a ``trajectory_msgs/JointTrajectory``.
 
+    Numbers have no exponent: readers of YAML would take 1e-10 for a text.
+
     No accelerations: by places and speeds a ``joint_trajectory_controller`` follows the cubics of which the
     motion is made; by accelerations, too, it would follow other curves.
     """
-    told, factors = zip(*(_SI[unit] for unit in units), strict=True)
-    places, paces = (np.round(each * factors, _DECIMALS) + 0.0 for each in (rows[:, 1:], speeds))
+    si, factors = zip(*(_SI[unit] for unit in units), strict=True)
     points = (
-        json.dumps({"positions": place, "velocities": pace, "time_from_start": _time(time)})
-        for time, place, pace in zip(rows[:, 0].tolist(), places.tolist(), paces.tolist(), strict=True)
+        f'{{"positions": [{told(place, _DECIMALS)}], "velocities": [{told(pace, _DECIMALS)}],'
+        f' "time_from_start": {json.dumps(_time(time))}}}'
+        for time, place, pace in zip(
+            rows[:, 0].tolist(), rows[:, 1:] * factors, speeds * factors, strict=True
+        )
     )
-    about = f'"about": {json.dumps(head, indent=1)},\n"units": {json.dumps(told)}'
+    about = f'"about": {json.dumps(head, indent=1)},\n"units": {json.dumps(si)}'
     message = f'"header": {json.dumps(_HEADER)}, "joint_names": {json.dumps(list(names))}'
     lines = ",\n  ".join(points)
     return f'{{{about},\n"trajectory": {{{message}, "points": [\n  {lines}\n]}}}}\n'

@@ -12,7 +12,7 @@ import numpy as np
 from sdpgrind.base.checks import Bools, Floats
 
 PARTS = 8  # chosen: places a pitch on the way along a trimming
-SIDE = 4  # chosen: steps across; parts of a patch that are narrower may be missed
+SIDE = 8  # chosen: steps across; parts of a patch that are narrower may be missed
 HALVINGS = 24  # derived: 2^-24 of a step of 0.2 pitches is below 1e-8 pitches
 LEAST = 0.25  # of the pitch, chosen: beside a pass or another one so much less is left
 KEPT = 0.05  # of the pitch, chosen: a bend is so much farther away, so that its legs may be long

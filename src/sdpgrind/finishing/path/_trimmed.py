@@ -229,10 +229,7 @@ def _unfolded(region: TrimmedSquare, one: Span, other: Span, ahead: bool) -> tup
     pair = []
     for span, move in ((one, end - start), (other, start - end)):
         nodes = _at_end(span, ahead)
-        own = nodes[-1] - nodes[-2]
-        if own @ move < 0 and abs(own[0] * move[1] - own[1] * move[0]) < BACK * np.hypot(*own) * np.hypot(
-            *move
-        ):
+        if _turns_back(nodes[-1] - nodes[-2], move):
             straight = _straightened(region, span, nodes, ahead)
             if straight is None:
                 return None

@@ -57,7 +57,8 @@ def zigzag(
     between their ends keeps the margin, too, if need be with ends drawn back by up to half a pitch; else the
     tool is lifted over to the next piece. Where a trimming within 45 degrees of the passes cuts one off, the
     pass follows the trimming, a 20th of a pitch farther inside than the margin, until the next pass is half a
-    pitch from it. Slots below 0.02 mm may be crossed.
+    pitch from it. Slots below 0.02 mm may be crossed. No pass is laid across a bridge that is
+    narrower than some one and a half pitches: lay passes along it.
 
     Parameters
     ----------
