@@ -9,7 +9,7 @@ from sdpgrind.base.checks import Floats, shown
 from sdpgrind.finishing._program.program_path import ProgramPath
 
 _TO_OURS = {"rad": 1.0, "m": 1000.0}  # rad, mm
-_NANO = 10**9
+_NANO = 10**9  # derived
 _POINT = {"positions", "velocities", "time_from_start"}
 _HEADER = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
 
