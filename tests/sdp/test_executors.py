@@ -1,4 +1,4 @@
-"""Threads, a spawned process and dask: the same bits for any number of workers."""
+"""Threads, spawned processes and dask: the same bits for any number of workers."""
 
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -57,17 +57,17 @@ def test_there_is_more_than_one_block_of_each_kind():
         assert max(len(pieces) for _, pieces in groups) > 1
 
 
-@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize("workers", [1, 2, 3])
 def test_threads(serial, workers):
     with ThreadPoolExecutor(workers) as executor:
         assert_same_bits(everything(executor), serial)
 
 
 @pytest.mark.slow
-def test_spawned_process(serial):
-    """What it is given pickles; that the order of the blocks does not matter is for the threads to show."""
+@pytest.mark.parametrize("workers", [2])
+def test_spawned_processes(serial, workers):
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=context) as executor:
+    with ProcessPoolExecutor(workers, mp_context=context) as executor:
         assert_same_bits(everything(executor), serial)
 
 

@@ -208,10 +208,11 @@ def test_deterministic_plan_is_the_closed_form():
         np.testing.assert_allclose(policy.value(height=height, time_left=time), exact, atol=1e-12)
 
 
-def test_deterministic_plan_by_the_planner():
+@pytest.mark.parametrize("nodes", [51, 101])
+def test_deterministic_plan_by_the_planner(nodes):
     # Levels that hit no node, and a search over a cost with kinks: the estimated error says how much that is.
     problem = weldbead.preset("P1").replace(scatter=weldbead.Scatter("C1", 0.0))
-    grid = sdp.plan(weldbead.sequence.sdp_problem(problem, 51), tolerance=3e-2)
+    grid = sdp.plan(weldbead.sequence.sdp_problem(problem, nodes), tolerance=3e-2)
     policy, closed = weldbead.SequencePolicy(problem, grid), weldbead.plan(problem)
     height = np.linspace(0, 2, 3001)  # between nodes, too
     for time in range(0, 61, 2):
