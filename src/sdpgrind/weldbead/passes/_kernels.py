@@ -19,6 +19,9 @@ STATES = 7  # derived: number of these entries
 DONE, STALLED, OVERLAPPING = range(3)
 GIVEN, INVERSE, FEEDBACK = range(3)
 _TOLERANCE = 1e-13  # chosen: rad; end of the root search
+_FIRST = 2e-5  # chosen: rad; first wind-up tried where the disc was free
+_BACK = 7e-4  # chosen: rad; from where the disc is free back to the cut; runout moves it as far in a step
+_HALVED = 16  # chosen: places tried before the bracket is halved; measured: 7 are needed on average
 
 
 class CutCore(NamedTuple):
@@ -168,42 +171,35 @@ def _excess(wind, share, carried, bead, core, state, step, path):
 def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
     """Least wind-up, rad, with nothing left in the way; `most` and False where there is none.
 
-    A bracket round the last one, then false position that halves the end that stays.
+    Begins at the last one. The excess is steep and nearly convex where the disc cuts, flat where it is free:
+    lines through the last two places on the steep side, else a chord, whose end is pulled in where it stays.
     """
-    low, at_low = 0.0, at_zero
-    high, stride = min(state[WIND] + 2e-5, most), 1e-4
-    at_high = _excess(high, share, carried, bead, core, state, step, path)
-    while at_high > 0.0:
-        if high >= most:
-            return most, False
-        low, at_low = high, at_high
-        high, stride = min(high + stride, most), 4.0 * stride
-        at_high = _excess(high, share, carried, bead, core, state, step, path)
-    back = 4e-5
-    while low == 0.0 and high - back > 0.0:
-        trial = _excess(high - back, share, carried, bead, core, state, step, path)
-        if trial > 0.0:
-            low, at_low = high - back, trial
-        else:
-            high, at_high, back = high - back, trial, 8.0 * back
-    side = 0
+    low, at_low, high, bracketed = 0.0, at_zero, most, False
+    back, pull = _BACK, 2.0
+    wind = min(state[WIND] if state[WIND] > 0.0 else _FIRST, most)
     for k in range(200):
-        if high - low <= _TOLERANCE:
-            break
-        middle = (
-            0.5 * (low + high)
-            if k % 4 == 3 or at_high == 0.0
-            else (low * at_high - high * at_low) / (at_high - at_low)
-        )
-        value = _excess(middle, share, carried, bead, core, state, step, path)
+        value = _excess(wind, share, carried, bead, core, state, step, path)
         if value > 0.0:
-            at_high = 0.5 * at_high if side == 1 else at_high
-            low, at_low, side = middle, value, 1
+            if wind >= most:
+                return most, False
+            ahead = value * (wind - low) / (at_low - value) if value < at_low else most
+            low, at_low, pull = wind, value, 2.0
         else:
-            at_low = 0.5 * at_low if side == -1 else at_low
-            high, at_high, side = middle, value, -1
-            if value == 0.0 and _removal(_torque_at(middle, core), core) > 0.0:
-                break
+            if value == 0.0 and _removal(_torque_at(wind, core), core) > 0.0:
+                return wind, True
+            high, bracketed, pull = wind, True, 0.5 * pull
+        if bracketed and high - low <= _TOLERANCE:
+            break
+        if bracketed and low == 0.0 and high > back:
+            wind, back = high - back, 4.0 * back
+            continue
+        if k >= _HALVED or (bracketed and value == 0.0):
+            wind = 0.5 * (low + high) if bracketed else most
+        elif value > 0.0:
+            wind = low + ahead
+        else:
+            wind = low + (high - low) * pull * at_low / (pull * at_low - value)
+        wind = max(low + 0.5 * _TOLERANCE, min(wind, high - 0.5 * _TOLERANCE if bracketed else most))
     return high, True
 
 
