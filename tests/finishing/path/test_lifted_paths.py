@@ -23,7 +23,9 @@ from sdpgrind.finishing import (
     zigzag,
 )
 from sdpgrind.finishing.path import LiftedPath
-from sdpgrind.finishing.surface import Patch, flat_surface, nominal_surface
+from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.path._trimmed import TrimmedSquare
+from sdpgrind.finishing.surface import Patch, cylinder_surface, flat_surface, nominal_surface
 
 FLAT = flat_surface(30.0)
 TURN = np.linspace(0, -2 * np.pi, 181)
@@ -132,6 +134,35 @@ def test_a_tab_between_two_lines_is_covered():
     path = zigzag(Patch(FLAT, [np.array(corners) / 30.0]), 3.0)
     assert on_work(path)[:, 0].max() == pytest.approx(28.0 - 0.75 - 0.15, abs=0.1)  # an eighth of a pitch
     assert path.metrics(2.25).coverage > 0.999
+
+
+NOTCH = np.array([(1, 1), (28, 1), (28, 7.6), (8, 7.6), (9.5, 11.8), (28, 12.3), (28, 29), (1, 29), (1, 1)])
+
+
+@pytest.mark.parametrize("along", ["u", "v"])
+def test_where_a_lift_is_given_moves_between_passes_are_short(along):
+    """From the end of the pass that follows the notch's slanting side back to the next pass it is 7 pitches;
+    nodes of passes are at most one and a half pitches apart.
+    """
+    patch = Patch(FLAT, [NOTCH / 30.0 if along == "u" else NOTCH[::-1, ::-1] / 30.0])
+    paths = [zigzag(patch, 2.0, along=along, lift=lift) for lift in (None, Lift())]
+    moves = [
+        np.concatenate([np.linalg.norm(np.diff(each.points, axis=0), axis=1) for each in path.pieces])
+        for path in paths
+    ]
+    long = moves[0][moves[0] > 3 * 2.0]
+    assert long.size == 1 and long[0] > 13.0 and moves[1].max() <= 3 * 2.0
+    assert len(paths[1].pieces) == len(paths[0].pieces) + 1
+    assert paths[0].contact_length - paths[1].contact_length == pytest.approx(long[0], abs=2.0)  # a pitch
+    assert min(path.metrics(1.5).coverage for path in paths) > 1 - 2e-3
+
+
+def test_the_way_of_a_move_is_its_length_on_the_surface():
+    """A quarter of a circle by eight chords, each of at most 1.66/8 rad: that squared over 24 is missing."""
+    rod = cylinder_surface(20.0, 50.0)
+    region = TrimmedSquare(Patch(rod), Square(rod, "parametric", "v"))
+    way = region.way(np.array([0.0, 0.3]), np.array([1.0, 0.3]))
+    assert 10 * np.pi * (1 - 0.0018) < way < 10 * np.pi
 
 
 def test_a_small_hole_is_passed_without_a_lift():

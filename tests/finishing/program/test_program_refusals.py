@@ -210,6 +210,53 @@ def test_a_trajectory_of_ros_that_moves_otherwise_is_refused():
             read_text(damaged)
 
 
+def test_a_trajectory_of_ros_is_as_fast_as_the_motion():
+    """Speeds that are 30 % higher at one point move the contact by less than the deviation, 30 % faster there."""
+    motion = planned("small")
+    program = motion.program("ros", deviation=0.02)
+    told = json.loads(program.text)
+    k = int(np.argmax(motion.at(motion.profile[:, 0]).feed_rate))
+    point = told["trajectory"]["points"][k]
+    point["velocities"] = [1.3 * each for each in point["velocities"]]
+    changed = dataclasses.replace(program, text=json.dumps(told))
+    found = changed.check()
+    assert found.deviation < 0.02 and found.feed_excess == pytest.approx(0.3 * 25.0, rel=1e-4)
+    with pytest.raises(
+        ValueError, match=r"text must not be faster than the plan \(mm/s\); read back, it is by 7.5"
+    ):
+        changed._refuse_faulty()
+
+
+def test_a_trajectory_of_ros_keeps_the_speeds_of_the_joints():
+    """The last axis is that of the tool: it may turn as it likes without any feed."""
+    motion = planned("small")
+    program = motion.program("ros", deviation=0.02)
+    assert program.check().joint_speed_excess < -0.5
+    told = json.loads(program.text)
+    k = len(told["trajectory"]["points"]) // 2
+    told["trajectory"]["points"][k]["velocities"][5] = 1.1 * motion.problem.robot.speed_max[5]
+    changed = dataclasses.replace(program, text=json.dumps(told))
+    found = changed.check()
+    assert found.joint_speed_excess == pytest.approx(0.1, abs=1e-9)
+    assert found.feed_excess < 1e-6 * motion.problem.feed_rate
+    with pytest.raises(ValueError, match=r"must keep the speed limits of the joints; read back.* by 10 %"):
+        dataclasses.replace(changed, deviation=1.0)._refuse_faulty()
+
+
+def test_a_trajectory_of_ros_of_a_motion_over_a_limit_is_no_faster_than_that():
+    motion = planned("small")
+    robot = motion.problem.robot
+    slow = robot.replace(speed_max=tuple(0.5 * np.abs(motion.profile_speed).max(axis=0)))
+    over = finishing.Motion(
+        motion.problem.replace(robot=slow),
+        motion.method,
+        motion.posture,
+        motion.worst_violation,
+        motion._data,
+    )
+    assert read_text(motion.program("ros").text).check(over).joint_speed_excess < 1e-6
+
+
 def test_a_trajectory_of_ros_has_the_joints_of_the_robot_and_ends_at_rest():
     """One name for another moves another joint; a table with its columns swapped is the same mistake."""
     motion = planned("small")

@@ -39,7 +39,7 @@ def test_a_program_keeps_its_deviation_and_no_feed_is_exceeded(target, name, tmp
     program = written(target, motion, name="face1", deviation=0.02)
     found = program.check()
     assert found.deviation <= 0.02 and found.angle_deviation * motion.problem.lever_arm <= 0.02
-    assert found.feed_excess <= 1e-6 * motion.problem.feed_rate
+    assert found.feed_excess <= 1e-6 * motion.problem.feed_rate and found.joint_speed_excess <= 0.0
     file = tmp_path / f"face1.{ENDINGS[target]}"
     program.save(file)
     assert file.read_bytes() == program.text.encode("ascii")

@@ -3,12 +3,12 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.configuration import STEP, check_configuration
 from sdpgrind.finishing._program.course import PlannedMotion, frames_of
 from sdpgrind.finishing._program.follow import PLACES, FollowedPath, followed
+from sdpgrind.finishing._program.joint_cubics import JointCubics
 from sdpgrind.finishing._program.matching_kernels import match
 from sdpgrind.finishing._program.turns import angle_between, between, raised, shifted, turns_of
 
@@ -28,13 +28,18 @@ class MotionCheck(NamedTuple):
     angle_deviation : float
         Greatest turn of the tool from the planned one, rad.
     feed_excess : float
-        Greatest feed of a move beyond the planned feed there, mm/s; <= 0: none. 0 where the program tells
-        times, which are compared.
+        Greatest feed of a move beyond the planned feed there, mm/s; <= 0: none. Of a program that tells times
+        and speeds, greatest speed of the contact along its cubics beyond that of the motion at the same time;
+        0 where it tells times without speeds, which are compared.
+    joint_speed_excess : float
+        Greatest speed of a joint beyond its limit, and beyond that of the motion at the same time, as a share
+        of the limit, unit 1; <= 0: none. 0 where the program tells no speeds of joints.
     """
 
     deviation: float
     angle_deviation: float
     feed_excess: float
+    joint_speed_excess: float = 0.0
 
 
 class Planned(NamedTuple):
@@ -131,15 +136,27 @@ def check_table(path: Any, motion: PlannedMotion) -> MotionCheck:
     here, wanted = here @ shifted(lever), wanted @ shifted(lever)
     off = np.linalg.norm(here[:, :3, 3] - wanted[:, :3, 3], axis=1)
     angle = float(angle_between(turns_of(here), turns_of(wanted)).max())
-    return MotionCheck(max(float(off.max()), lever * angle), angle, 0.0)
+    return MotionCheck(max(float(off.max()), lever * angle), angle, *_speed_excess(path, motion, time))
 
 
 def _over_time(path: Any, time: Floats) -> Floats:
     """Joints at times: on cubics where the program tells speeds, else on straight lines."""
     if path.speeds.size:
-        held = np.clip(time, path.time[0], path.time[-1])
-        return np.asarray(CubicHermiteSpline(path.time, path.joints, path.speeds)(held))
+        return JointCubics(path.time, path.joints, path.speeds).at(time)
     return np.stack([np.interp(time, path.time, column) for column in path.joints.T], axis=1)
+
+
+def _speed_excess(path: Any, motion: PlannedMotion, time: Floats) -> tuple[float, float]:
+    """Greatest excess of the speed of the contact, mm/s, and of a joint, share of its limit; see above."""
+    if not path.speeds.size:
+        return 0.0, 0.0
+    problem, profile = motion.problem, motion.profile
+    told = JointCubics(path.time, path.joints, path.speeds)
+    plan = JointCubics(profile[:, 0], profile[:, 1:], motion.profile_speed)
+    contact = [each.contact_speed(problem.robot, problem.lever_arm, time) for each in (told, plan)]
+    told_share, planned = (np.abs(each.speed(time)) / problem.robot.speed_max for each in (told, plan))
+    over = told_share - np.maximum(planned, 1.0)
+    return float((contact[0] - contact[1]).max()), float(over.max())
 
 
 def _lifts(path: Any, motion: PlannedMotion) -> tuple[Floats, Floats]:

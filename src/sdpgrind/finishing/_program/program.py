@@ -90,7 +90,8 @@ class MotionProgram(Program):
         -------
         MotionCheck
             `deviation`: greatest distance of the contact from the plan, or of a turn of the tool times the
-            lever arm, mm; `angle_deviation`, rad; `feed_excess`: greatest feed beyond the planned one, mm/s.
+            lever arm, mm; `angle_deviation`, rad; `feed_excess`: greatest feed beyond the planned one, mm/s;
+            `joint_speed_excess`: greatest speed of a joint beyond its limit, share of it.
         """
         return read_text(self.text).check(self.motion)
 
@@ -108,8 +109,8 @@ class MotionProgram(Program):
         Raises
         ------
         ValueError
-            If the text read back is farther from the plan than stated (mm) or faster (mm/s), or a KRL file
-            has another name than its program.
+            If the text read back is farther from the plan than stated (mm), faster (mm/s), or exceeds the
+            speed of a joint (rad/s, mm/s), or a KRL file has another name than its program.
         """
         file = Path(checks.path("path", path))
         if self.target == "krl" and file.stem.lower() != self.name.lower():
@@ -146,6 +147,11 @@ class MotionProgram(Program):
         if found.feed_excess > _SINGLE * self.motion.problem.feed_rate:
             return (
                 f"text must not be faster than the plan (mm/s); read back, it is by {found.feed_excess:.4g}"
+            )
+        if found.joint_speed_excess > _SINGLE:
+            share = 100 * found.joint_speed_excess
+            return (
+                f"text must keep the speed limits of the joints; read back, one is over it by {share:.4g} %"
             )
         return super()._fault(found)
 

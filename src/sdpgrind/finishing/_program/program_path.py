@@ -79,7 +79,8 @@ class ProgramPath(ByValue):
         -------
         MotionCheck
             `deviation`: greatest distance of the contact from the plan, or of a turn of the tool times the
-            lever arm, mm; `angle_deviation`, rad; `feed_excess`: greatest feed beyond the planned one, mm/s.
+            lever arm, mm; `angle_deviation`, rad; `feed_excess`: greatest feed beyond the planned one, mm/s;
+            `joint_speed_excess`: greatest speed of a joint beyond its limit, share of it.
 
         Raises
         ------

@@ -18,7 +18,11 @@ STEPS = 6  # chosen: corrections of a length along a line
 DRAWS = 8  # chosen: attempts to draw ends back until a move between them keeps away
 SLACK = 1e-6  # mm, chosen: rounding of ends at the margin, between which a move along the edge stays there
 CROWDED = 0.5  # of the distance of nodes, chosen: nearer to the end of a pass there is no other node
+# pitches, chosen: sqrt(3^2 - 1) of such a move lead along a pass that covers their strip, too; measured: of
+# 1055 moves beside edges at all angles 99 in 100 are shorter than 2.6, and six longer, up to 11
+LONGEST = 3.0
 BACK = 0.03  # chosen: sine of the angle between a bend and a move along it
+CHORDS = 8  # chosen: chords of a move whose length is found; over a quarter of a circle 0.2 % are missing
 STRAIGHT = np.empty((0, 2))
 
 
@@ -51,15 +55,19 @@ class TrimmedSquare:
 
     def inside(self, nodes: Floats, more: float = 0.0) -> Bools:
         """Return which places (m, 2) of the unit square are inside and away, by `more` mm than asked for."""
-        jets = np.zeros((len(nodes), 3, 2))
-        jets[:, 0], jets[:, 1, 0] = nodes, 1.0
-        u, v = self._mapping.carried(jets)[:, 0].T
+        u, v = self._carried(nodes)
         inside = self._patch.contains(u, v)
         if self._outline is not None and self._away + more > 0.0:
             inside[inside] = self._outline.clear(
                 self._patch.surface.point(u[inside], v[inside]), self._away + more
             )
         return inside
+
+    def _carried(self, nodes: Floats) -> Floats:
+        """Parameters (2, m) of places (m, 2) of the unit square."""
+        jets = np.zeros((len(nodes), 3, 2))
+        jets[:, 0], jets[:, 1, 0] = nodes, 1.0
+        return np.ascontiguousarray(self._mapping.carried(jets)[:, 0].T)
 
     def holds(self, s: Floats, c: Floats, more: float) -> Bools:
         """Return which places in the square are inside and away, by `more` mm than asked for."""
@@ -162,18 +170,26 @@ class TrimmedSquare:
         places = start + share * (end - start)  # the ends are inside, up to rounding
         return bool(self.inside(self._square.nodes(*places.T), -SLACK).all())
 
+    def way(self, start: Floats, end: Floats) -> float:
+        """Return the length of a straight move in the square from start to end, mm."""
+        places = self._square.nodes(*np.linspace(start, end, CHORDS + 1).T)
+        points = self._patch.surface.point(*self._carried(places))
+        return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
-def trimmed_passes(region: TrimmedSquare, lines: Floats, columns: Floats, pitch: float) -> list[Floats]:
+
+def trimmed_passes(
+    region: TrimmedSquare, lines: Floats, columns: Floats, pitch: float, longest: float = np.inf
+) -> list[Floats]:
     """Return the pieces of a zigzag: places (n, 2) of (s, c) each.
 
-    A piece goes on to the next line where a straight move to the nearer end of a part of it stays inside;
-    both ends are drawn back by up to half a pitch (mm) for that, as around a hole a straight move cuts the
-    corner.
+    A piece goes on to the next line where a straight move to the nearer end of a part of it stays inside and
+    is no longer than `longest` (mm); both ends are drawn back by up to half a pitch (mm) for that, as around
+    a hole a straight move cuts the corner.
     """
     rest = region.spans(lines, pitch)
     pieces = []
     while any(rest):
-        chain = _chain(region, rest, pitch)
+        chain = _chain(region, rest, pitch, longest)
         forward = [k % 2 == 0 for k in range(len(chain))]
         places = [
             _along(span, columns)[:: 1 if ahead else -1] for span, ahead in zip(chain, forward, strict=True)
@@ -182,13 +198,13 @@ def trimmed_passes(region: TrimmedSquare, lines: Floats, columns: Floats, pitch:
     return pieces
 
 
-def _chain(region: TrimmedSquare, rest: list[list[Span]], pitch: float) -> list[Span]:
+def _chain(region: TrimmedSquare, rest: list[list[Span]], pitch: float, longest: float) -> list[Span]:
     """Take parts of following lines from the rest, as long as they can be joined on the work."""
     first = next(k for k, spans in enumerate(rest) if spans)
     chain = [rest[first].pop(0)]
     while (line := chain[-1].line + 1) < len(rest):
         for other in _beside(chain[-1], rest[line], len(chain) % 2 == 1):
-            pair = _joined(region, (chain[-1], other), len(chain) % 2 == 1, pitch)
+            pair = _joined(region, (chain[-1], other), len(chain) % 2 == 1, pitch, longest)
             if pair:
                 rest[line].remove(other)
                 chain[-1:] = pair
@@ -209,16 +225,16 @@ def _end(span: Span, ahead: bool) -> float:
 
 
 def _joined(
-    region: TrimmedSquare, pair: tuple[Span, Span], ahead: bool, pitch: float
+    region: TrimmedSquare, pair: tuple[Span, Span], ahead: bool, pitch: float, longest: float
 ) -> tuple[Span, Span] | None:
-    """Both parts with ends that a straight move joins on the work; None where none is found."""
+    """Both parts with ends that a straight move joins on the work, at most `longest`; None: none is found."""
     for k in range(DRAWS + 1):
         back = pitch / 2 * (k / DRAWS) ** 2
         one, other = (_drawn_back(region, each, ahead, back) for each in pair)
         if min(one.high - one.low, other.high - other.low) <= 0.0:
             return None
         start, end = (each.at(_end(each, ahead)) for each in (one, other))
-        if region.clear(start, end):
+        if region.way(start, end) <= longest and region.clear(start, end):
             return _unfolded(region, one, other, ahead)
     return None
 

@@ -13,7 +13,7 @@ from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._pieces import lifted, patch_of
 from sdpgrind.finishing.path._spacing import Gaps, equal_spacing, even_spacing
 from sdpgrind.finishing.path._square import Square
-from sdpgrind.finishing.path._trimmed import TrimmedSquare, trimmed_passes
+from sdpgrind.finishing.path._trimmed import LONGEST, TrimmedSquare, trimmed_passes
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
 
@@ -83,7 +83,10 @@ def zigzag(
         tangent plane at the corner, joined with continuous curvature. Geodesic passes that end on the other
         border keep sharp corners.
     lift : Lift, optional
-        How the tool comes, is lifted and leaves. Default: `Lift` where pieces are cut, else none.
+        How the tool comes, is lifted and leaves. Default: `Lift` where pieces are cut, else none. Where it is
+        given, a move on the work from a pass to the next one is at most three pitches long, else the tool is
+        lifted: a longer one, as beside a step of the edge, leads along a pass for more than sqrt(3^2 - 1) =
+        2.8 pitches, whose strip is polished twice. Steps at edges of 45 degrees take sqrt(2) pitches.
     margin : float, optional
         Least distance of the path from the trimming and from the border of the surface, mm, within 1 um and
         the tolerance of the trimming itself. Default: on a trimmed patch a quarter of a pitch, and passes end
@@ -123,7 +126,8 @@ def zigzag(
     if patch.trim or margin is not None:
         _refuse_trimmed(mapping, radius, "on a trimmed patch" if patch.trim else "with a margin")
         away, pull = (pitch / 4,) * 2 if margin is None else (checks.nonnegative("margin", margin, "mm"), 0.0)
-        found = trimmed_passes(TrimmedSquare(patch, square, away, pull), lines, columns, pitch)
+        longest = np.inf if lift is None else LONGEST * pitch
+        found = trimmed_passes(TrimmedSquare(patch, square, away, pull), lines, columns, pitch, longest)
         return lifted(patch, [square.nodes(*each.T) for each in found], square.mapping, "zigzag", lift)
     if mapping == "geodesic":
         places, corners = geodesic_nodes(square, pitch, columns, float(lines[-1]), radius)
