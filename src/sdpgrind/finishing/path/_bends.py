@@ -5,6 +5,7 @@ distance kept wide. A bend follows the trimming there, as long as the neighbour 
 from it: between two parts of the pass, from the end of one, or alone.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -27,16 +28,17 @@ class PassRegion(Protocol):
     def clear(self, start: Floats, end: Floats) -> bool:
         """Return whether a straight move stays inside."""
 
-    def speed(self, s: Floats, c: float) -> Floats:
-        """Return the length a unit of s along a line, mm."""
+    def speed(self, s: Floats, c: Floats) -> Floats:
+        """Return the length a unit of s along lines, mm."""
 
-    def speed_across(self, s: Floats, c: float) -> Floats:
-        """Return the distance from a line a unit of c, mm."""
+    def speed_across(self, s: Floats, c: Floats) -> Floats:
+        """Return the distance from lines a unit of c, mm."""
 
 
 class LineStretch(NamedTuple):
-    """Part of a line outside, from `low` to `high`, and whether parts of the pass end there."""
+    """Part of the line at c outside, from `low` to `high`, and whether parts of the pass end there."""
 
+    c: float
     low: float
     high: float
     after: bool
@@ -51,22 +53,36 @@ class PassBend(NamedTuple):
     before: bool
 
 
-def bends(region: PassRegion, c: float, stretch: LineStretch, pitch: float, away: float) -> list[PassBend]:
-    """Return the bends of the line at c beside a stretch of it; passes are `pitch` (mm) apart.
+def bends(
+    region: PassRegion, stretches: Sequence[LineStretch], pitch: float, away: float
+) -> list[list[PassBend]]:
+    """Return the bends beside each stretch of a line; passes are `pitch` (mm) apart.
 
     One between two parts goes first, then the longest; beside it there is no other one. Others are at least
-    `LEAST` pitches long, and no longer across than along.
+    `LEAST` pitches long, and no longer across than along. All stretches are asked at once.
     """
-    pace = float(region.speed(np.array([(stretch.low + stretch.high) / 2]), c)[0])
-    count = int(np.ceil((stretch.high - stretch.low) * pace / pitch * PARTS))
-    s = np.linspace(stretch.low, stretch.high, count + 1)
-    most = 0.5 * pitch + away
-    found = []
+    if not stretches:
+        return []
+    c, low, high = np.array([each[:3] for each in stretches]).T
+    pace, wide = region.speed((low + high) / 2, c), region.speed_across(low, c)
+    counts = np.ceil((high - low) * pace / pitch * PARTS).astype(int)
+    rows = [np.linspace(a, b, n + 1)[1:-1] for a, b, n in zip(low, high, counts, strict=True)]
+    s, ends = np.concatenate(rows), np.cumsum([row.size for row in rows])[:-1]
+    across = np.repeat(c, [row.size for row in rows])
+    found: list[list[PassBend]] = [[] for _ in stretches]
     for side in (1.0, -1.0):
-        place, held = _beside(region, s[1:-1], c, side * most, KEPT * pitch)
-        found += _along(region, stretch, np.stack([s[1:-1], place], axis=1), held, c, pitch / PARTS / pace)
-    wide = float(region.speed_across(s[:1], c)[0])
-    worth = [each for each in found if _worth(each, pace, wide, LEAST * pitch)]
+        place, held = _beside(region, s, across, side * (0.5 * pitch + away), KEPT * pitch)
+        places = np.split(np.stack([s, place], axis=1), ends)
+        for k, (nodes, inside) in enumerate(zip(places, np.split(held, ends), strict=True)):
+            found[k] += _along(region, stretches[k], nodes, inside, pitch / PARTS / pace[k])
+    return [
+        _taken([each for each in beside if _worth(each, along, width, LEAST * pitch)])
+        for beside, along, width in zip(found, pace.tolist(), wide.tolist(), strict=True)
+    ]
+
+
+def _taken(worth: list[PassBend]) -> list[PassBend]:
+    """Those that are laid, in their order along the line."""
     worth.sort(key=lambda each: (not (each.after and each.before), -_reach(each)))
     taken: list[PassBend] = []
     for each in worth:
@@ -89,24 +105,24 @@ def _meet(one: PassBend, other: PassBend) -> bool:
     return bool(one.nodes[0, 0] <= other.nodes[-1, 0] and other.nodes[0, 0] <= one.nodes[-1, 0])
 
 
-def _beside(region: PassRegion, s: Floats, c: float, most: float, more: float) -> tuple[Floats, Bools]:
-    """Places nearest to a line inside, on one side and within `most` (mm), and where there are any."""
+def _beside(region: PassRegion, s: Floats, c: Floats, most: float, more: float) -> tuple[Floats, Bools]:
+    """Places nearest to lines inside, on one side and within `most` (mm), and where there are any."""
     across = most / region.speed_across(s, c)
     share = np.linspace(0.0, 1.0, SIDE + 1)
-    places = np.repeat(s, SIDE + 1), (c + across[:, None] * share).ravel()
+    places = np.repeat(s, SIDE + 1), (c[:, None] + across[:, None] * share).ravel()
     near = region.holds(*places, more).reshape(-1, SIDE + 1)
     held: Bools = np.asarray(near.any(axis=1))
     at = near.argmax(axis=1)
     low, high = share[np.maximum(at - 1, 0)], share[at]
     for _ in range(HALVINGS):
         middle = (low[held] + high[held]) / 2
-        inside = region.holds(s[held], c + across[held] * middle, more)
+        inside = region.holds(s[held], c[held] + across[held] * middle, more)
         low[held], high[held] = np.where(inside, low[held], middle), np.where(inside, middle, high[held])
     return c + across * high, held
 
 
 def _along(
-    region: PassRegion, stretch: LineStretch, places: Floats, held: Bools, c: float, step: float
+    region: PassRegion, stretch: LineStretch, places: Floats, held: Bools, step: float
 ) -> list[PassBend]:
     """Bends through places (n, 2), each as far as straight legs can be laid."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], held, [False]]).astype(int)))
@@ -115,9 +131,9 @@ def _along(
         nodes = places[first:last]
         after, before = stretch.after and first == 0, stretch.before and last == len(places)
         if after:
-            nodes = np.concatenate([[[stretch.low - step, c]], nodes])
+            nodes = np.concatenate([[[stretch.low - step, stretch.c]], nodes])
         if before:
-            nodes = np.concatenate([nodes, [[stretch.high + step, c]]])
+            nodes = np.concatenate([nodes, [[stretch.high + step, stretch.c]]])
         begin = 0
         while begin < len(nodes) - 1:
             chosen = _legs(region, nodes, begin)

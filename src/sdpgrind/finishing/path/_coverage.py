@@ -167,24 +167,23 @@ class Coverage:
         self._inside += float(area[distance[counted] <= self._radius].sum())
 
     def _close_in(self, cells: _Cells, level: int) -> None:
-        """Look for farther places around the cells with the highest bounds."""
-        u, v = self._ends(cells.at(np.argsort(cells.bound)[-WORST:]), level)
-        for cell in np.stack([u.T, v.T], axis=1):
-            self._farthest = max(self._farthest, self._around(cell))
-
-    def _around(self, cell: Floats) -> float:
-        """Greatest distance from the path in and around a cell [[u0, u1], [v0, v1]]: ever finer lattices."""
-        domain = np.array(self._covered.surface.domain)
-        half, middle, most = np.diff(cell, axis=1), cell.mean(axis=1, keepdims=True), 0.0
+        """Look for farther places in and around the cells with the highest bounds, by ever finer lattices."""
+        ends = np.stack(self._ends(cells.at(np.argsort(cells.bound)[-WORST:]), level))  # side, end, cell
+        low, high = np.array(self._covered.surface.domain).T[..., None]
+        middle, half, count = ends.mean(axis=1), np.diff(ends, axis=1)[:, 0], np.arange(ends.shape[2])
         for _ in range(CLOSING):
-            ends = np.clip(middle + half * [-1.0, 1.0], domain[:, :1], domain[:, 1:])
-            u, v = (np.linspace(low, high, LATTICE) for low, high in ends)
-            distance = self._line.distance(self._covered.surface.grid(u, v).point.reshape(-1, 3))
-            distance[~self._covered.holds(u[:, None], v).ravel()] = 0.0
-            best = int(np.argmax(distance))
-            most = max(most, float(distance[best]))
-            middle, half = np.array([[u[best // LATTICE]], [v[best % LATTICE]]]), half / 4
-        return most
+            begin, end = np.maximum(middle - half, low), np.minimum(middle + half, high)
+            u, v = np.linspace(begin, end, LATTICE, axis=-1)
+            distance = self._distances(u[:, :, None], v[:, None, :])
+            best = distance.reshape(count.size, -1).argmax(axis=1)
+            self._farthest = max(self._farthest, float(distance.max()))
+            middle, half = np.stack([u[count, best // LATTICE], v[count, best % LATTICE]]), half / 4
+
+    def _distances(self, u: Floats, v: Floats) -> Floats:
+        """Distances of places from the path, mm; 0 where they are not covered."""
+        point = self._covered.surface.point(*np.broadcast_arrays(u, v))
+        distance = self._line.distance(point.reshape(-1, 3)).reshape(point.shape[:-1])
+        return np.where(self._covered.holds(u, v), distance, 0.0)
 
 
 def sample_count(surface: Surface, step: float) -> float:

@@ -24,6 +24,7 @@ LONGEST = 3.0
 BACK = 0.03  # chosen: sine of the angle between a bend and a move along it
 CHORDS = 8  # chosen: chords of a move whose length is found; over a quarter of a circle 0.2 % are missing
 STRAIGHT = np.empty((0, 2))
+_GAUSS, _WEIGHTS = np.array(np.polynomial.legendre.leggauss(8)) / 2  # chosen: places of a mean speed
 
 
 class Span(NamedTuple):
@@ -39,6 +40,16 @@ class Span(NamedTuple):
         """Place (2,) on it."""
         c = np.interp(s, *self.bends.T) if len(self.bends) else self.c
         return np.array([s, float(c)])
+
+
+class _Part(NamedTuple):
+    """Part of a line inside, its ends pulled in, and whether two bends may start on it."""
+
+    low: float
+    high: float
+    start: float
+    end: float
+    long: bool
 
 
 class TrimmedSquare:
@@ -78,60 +89,44 @@ class TrimmedSquare:
     def _on(self, s: Floats, c: Floats) -> Bools:
         return self.inside(self._square.nodes(s, c))
 
-    def speed(self, s: Floats, c: float) -> Floats:
-        """Return the length a unit of s along a line, mm."""
-        return np.asarray(np.linalg.norm(self._square.along_passes(s, np.full(s.shape, c)), axis=-1))
+    def speed(self, s: Floats, c: Floats) -> Floats:
+        """Return the length a unit of s along lines, mm."""
+        return np.asarray(np.linalg.norm(self._square.along_passes(s, c), axis=-1))
 
-    def speed_across(self, s: Floats, c: float) -> Floats:
-        """Return the distance from a line a unit of c, mm."""
-        by_s, by_c = self._square.tangents(s, np.full(s.shape, c))
+    def speed_across(self, s: Floats, c: Floats) -> Floats:
+        """Return the distance from lines a unit of c, mm."""
+        by_s, by_c = self._square.tangents(s, c)
         along = (by_s * by_c).sum(axis=-1) / (by_s * by_s).sum(axis=-1)
         return np.asarray(np.linalg.norm(by_c - along[:, None] * by_s, axis=-1))
 
     def spans(self, lines: Floats, pitch: float) -> list[list[Span]]:
         """Return the parts of each line (n,) inside: pulled in, or with bends along the trimming."""
-        changes = [self._changes(c) for c in lines]
-        c = np.repeat(lines, [start.size for start, _, _ in changes])
-        low, high, first = (np.concatenate(each) for each in zip(*changes, strict=True))
-        places = self._crossings(low, high, first, c)
-        ends = np.cumsum([0] + [start.size for start, _, _ in changes])
-        return [
-            self._bent(k, float(c), places[a:b].reshape(-1, 2), pitch)
-            for k, (c, a, b) in enumerate(zip(lines, ends, ends[1:], strict=False))
-        ]
+        parts = self._parts(lines, pitch)
+        stretches = [_outside(*each) for each in zip(lines.tolist(), parts, strict=True)]
+        asked = [each for row in stretches for each in row] if self._patch.trim else []
+        found = iter(bends(self, asked, pitch, self._away))
+        beside = [[next(found, []) for _ in row] for row in stretches]
+        each = zip(range(len(lines)), lines.tolist(), parts, beside, strict=True)
+        return [_laid(*line) for line in each]
 
-    def _bent(self, line: int, c: float, places: Floats, pitch: float) -> list[Span]:
-        """Parts of a line at c that crosses the trimming at places (n, 2)."""
-        parts = [(low, high) for low, high in places.tolist() if self._wide(low, high, c)]
-        sides = [0.0, *(end for part in parts for end in part), 1.0]
-        spans: list[Span] = []
-        low, bent = 0.0, list[Floats]()  # of the part that is being laid
-        for k, (start, stop) in enumerate(zip(sides[::2], sides[1::2], strict=True)):
-            long = [0 <= n < len(parts) and self._holds_bend(parts[n], c, pitch) for n in (k - 1, k)]
-            beside = self._bends(c, LineStretch(start, stop, *long), pitch)
-            if k and not any(each.after for each in beside):
-                spans.append(Span(line, c, low, self.drawn(start, self._pull, c, -1.0), _nodes(bent)))
-            for each in beside:
-                bent, low = (bent, low) if each.after else ([], float(each.nodes[0, 0]))
-                bent.append(each.nodes)
-                if not each.before:
-                    spans.append(Span(line, c, low, float(each.nodes[-1, 0]), _nodes(bent)))
-            if not any(each.before for each in beside):
-                low, bent = self.drawn(stop, self._pull, c, 1.0), []
-        return spans
-
-    def _bends(self, c: float, stretch: LineStretch, pitch: float) -> list[PassBend]:
-        return bends(self, c, stretch, pitch, self._away) if self._patch.trim else []
-
-    def _holds_bend(self, part: tuple[float, float], c: float, pitch: float) -> bool:
-        """Whether a part of a line is long enough for the starts of two bends."""
-        pace = float(self.speed(np.array([sum(part) / 2]), c)[0])
-        return (part[1] - part[0]) * pace > pitch / 2
+    def _parts(self, lines: Floats, pitch: float) -> list[list[_Part]]:
+        """The parts of each line inside, without those that are shorter, pulled in, than the margins."""
+        changes = [self._changes(c) for c in lines.tolist()]
+        line = np.repeat(np.arange(len(lines)), [start.size for start, _, _ in changes])
+        before, behind, first = (np.concatenate(each) for each in zip(*changes, strict=True))
+        low, high = self._crossings(before, behind, first, lines[line]).reshape(-1, 2).T
+        line = line[::2]
+        c = lines[line]
+        start, end = self.drawn(low, self._pull, c, 1.0), self.drawn(high, self._pull, c, -1.0)
+        wide = (end - start) * self.speed((start + end) / 2, c) > self._away + self._pull
+        long = (high - low) * self.speed((low + high) / 2, c) > pitch / 2
+        each = [_Part(*row) for row in zip(*(x.tolist() for x in (low, high, start, end, long)), strict=True)]
+        return [[each[k] for k in np.flatnonzero(wide & (line == n))] for n in range(len(lines))]
 
     def _changes(self, c: float) -> tuple[Floats, Floats, Bools]:
         """Places along a line between which it crosses the trimming; whether the first is inside."""
         s = np.linspace(0.0, 1.0, 129)
-        longest = float(self.speed(s, c).mean())
+        longest = float(self.speed(s, np.array(c)).mean())
         s = np.linspace(0.0, 1.0, int(np.clip(np.ceil(longest / STEP), 16, MOST)) + 1)
         inside = self._on(s, np.full(s.shape, c))
         inside[[0, -1]] = False  # a pass keeps away from the border, too
@@ -146,21 +141,13 @@ class TrimmedSquare:
             low, high = np.where(same, middle, low), np.where(same, high, middle)
         return (low + high) / 2
 
-    def drawn(self, s: float, length: float, c: float, way: float) -> float:
-        """Place a length (mm) along a line from s."""
-        x, weight = np.polynomial.legendre.leggauss(8)
-        out = s + way * length / float(self.speed(np.array([s]), c)[0])
+    def drawn(self, s: Floats, length: float, c: Floats, way: float) -> Floats:
+        """Places a length (mm) along lines at c from places s."""
+        out = s + way * length / self.speed(s, c)
         for _ in range(STEPS):
-            places = np.clip(s + (out - s) * (1 + x) / 2, 0.0, 1.0)
-            mean = float(weight @ self.speed(places, c)) / 2
-            out = s + way * length / mean
+            places = np.clip(s[:, None] + (out - s)[:, None] * (0.5 + _GAUSS), 0.0, 1.0)
+            out = s + way * length / (self.speed(places, c[:, None]) @ _WEIGHTS)
         return out
-
-    def _wide(self, low: float, high: float, c: float) -> bool:
-        """Whether a part, pulled in, is longer than the margins: shorter ones are no passes."""
-        low, high = self.drawn(low, self._pull, c, 1.0), self.drawn(high, self._pull, c, -1.0)
-        middle = self.speed(np.array([(low + high) / 2]), c)
-        return bool((high - low) * middle[0] > self._away + self._pull)
 
     def clear(self, start: Floats, end: Floats) -> bool:
         """Whether a straight move in the square (s, c) from start to end stays inside."""
@@ -175,6 +162,30 @@ class TrimmedSquare:
         places = self._square.nodes(*np.linspace(start, end, CHORDS + 1).T)
         points = self._patch.surface.point(*self._carried(places))
         return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _outside(c: float, parts: list[_Part]) -> list[LineStretch]:
+    """Stretches of a line before, between and behind its parts."""
+    sides = [0.0, *(end for part in parts for end in part[:2]), 1.0]
+    long = [False, *(part.long for part in parts), False]
+    return [LineStretch(c, *each) for each in zip(sides[::2], sides[1::2], long[:-1], long[1:], strict=True)]
+
+
+def _laid(line: int, c: float, parts: list[_Part], beside: list[list[PassBend]]) -> list[Span]:
+    """Parts of a pass: those of its line with the bends `beside` the stretches between them."""
+    spans: list[Span] = []
+    low, bent = 0.0, list[Floats]()  # of the part that is being laid
+    for k, found in enumerate(beside):
+        if k and not any(each.after for each in found):
+            spans.append(Span(line, c, low, parts[k - 1].end, _nodes(bent)))
+        for each in found:
+            bent, low = (bent, low) if each.after else ([], float(each.nodes[0, 0]))
+            bent.append(each.nodes)
+            if not each.before:
+                spans.append(Span(line, c, low, float(each.nodes[-1, 0]), _nodes(bent)))
+        if k < len(parts) and not any(each.before for each in found):
+            low, bent = parts[k].start, []
+    return spans
 
 
 def trimmed_passes(
@@ -284,7 +295,8 @@ def _straightened(region: TrimmedSquare, span: Span, bend: Floats, ahead: bool) 
 def _drawn_back(region: TrimmedSquare, span: Span, ahead: bool, back: float) -> Span:
     if not back:
         return span
-    end = region.drawn(_end(span, ahead), back, span.c, -1.0 if ahead else 1.0)
+    place, c = np.array([_end(span, ahead)]), np.array([span.c])
+    end = float(region.drawn(place, back, c, -1.0 if ahead else 1.0)[0])
     return span._replace(high=end) if ahead else span._replace(low=end)
 
 
