@@ -42,7 +42,7 @@ class Span(NamedTuple):
         return np.array([s, float(c)])
 
 
-class _Part(NamedTuple):
+class _LinePart(NamedTuple):
     """Part of a line inside, its ends pulled in, and whether two bends may start on it."""
 
     low: float
@@ -109,7 +109,7 @@ class TrimmedSquare:
         each = zip(range(len(lines)), lines.tolist(), parts, beside, strict=True)
         return [_laid(*line) for line in each]
 
-    def _parts(self, lines: Floats, pitch: float) -> list[list[_Part]]:
+    def _parts(self, lines: Floats, pitch: float) -> list[list[_LinePart]]:
         """The parts of each line inside, without those that are shorter, pulled in, than the margins."""
         changes = [self._changes(c) for c in lines.tolist()]
         line = np.repeat(np.arange(len(lines)), [start.size for start, _, _ in changes])
@@ -120,7 +120,7 @@ class TrimmedSquare:
         start, end = self.drawn(low, self._pull, c, 1.0), self.drawn(high, self._pull, c, -1.0)
         wide = (end - start) * self.speed((start + end) / 2, c) > self._away + self._pull
         long = (high - low) * self.speed((low + high) / 2, c) > pitch / 2
-        each = [_Part(*row) for row in zip(*(x.tolist() for x in (low, high, start, end, long)), strict=True)]
+        each = [_LinePart(*row) for row in zip(*(x.tolist() for x in (low, high, start, end, long)), strict=True)]
         return [[each[k] for k in np.flatnonzero(wide & (line == n))] for n in range(len(lines))]
 
     def _changes(self, c: float) -> tuple[Floats, Floats, Bools]:
@@ -164,14 +164,14 @@ class TrimmedSquare:
         return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
-def _outside(c: float, parts: list[_Part]) -> list[LineStretch]:
+def _outside(c: float, parts: list[_LinePart]) -> list[LineStretch]:
     """Stretches of a line before, between and behind its parts."""
     sides = [0.0, *(end for part in parts for end in part[:2]), 1.0]
     long = [False, *(part.long for part in parts), False]
     return [LineStretch(c, *each) for each in zip(sides[::2], sides[1::2], long[:-1], long[1:], strict=True)]
 
 
-def _laid(line: int, c: float, parts: list[_Part], beside: list[list[PassBend]]) -> list[Span]:
+def _laid(line: int, c: float, parts: list[_LinePart], beside: list[list[PassBend]]) -> list[Span]:
     """Parts of a pass: those of its line with the bends `beside` the stretches between them."""
     spans: list[Span] = []
     low, bent = 0.0, list[Floats]()  # of the part that is being laid
