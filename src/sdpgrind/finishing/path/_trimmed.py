@@ -120,7 +120,8 @@ class TrimmedSquare:
         start, end = self.drawn(low, self._pull, c, 1.0), self.drawn(high, self._pull, c, -1.0)
         wide = (end - start) * self.speed((start + end) / 2, c) > self._away + self._pull
         long = (high - low) * self.speed((low + high) / 2, c) > pitch / 2
-        each = [_LinePart(*row) for row in zip(*(x.tolist() for x in (low, high, start, end, long)), strict=True)]
+        columns = (each.tolist() for each in (low, high, start, end, long))
+        each = [_LinePart(*row) for row in zip(*columns, strict=True)]
         return [[each[k] for k in np.flatnonzero(wide & (line == n))] for n in range(len(lines))]
 
     def _changes(self, c: float) -> tuple[Floats, Floats, Bools]:
