@@ -14,7 +14,7 @@ from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._spin_choice import spun_choices
 from sdpgrind.finishing.arm._spin_states import spins_of
-from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.timing._joint_path import JointPath
@@ -54,13 +54,13 @@ def least_duration(problem: FinishingProblem) -> float:
 def feeds_of(problem: FinishingProblem, samples: PathSamples) -> float | list[float]:
     """Greatest feed of the process, or of each run where some are through the air, mm/s."""
     path = problem.path
-    if not isinstance(path, LiftedPath):
+    if not isinstance(path, LiftedCourse):
         return problem.feed_rate
     on_work = [bool(piece.any()) for piece in np.split(samples.contact, _cuts(samples))]
     return [problem.feed_rate if each else path.lift.air_feed for each in on_work]
 
 
-def samples_of(path: Path | LiftedPath) -> PathSamples:
+def samples_of(path: Path | LiftedCourse) -> PathSamples:
     """Samples at most `STEP` mm apart; the joints are smooth only between knots of the surface."""
     longest = float(np.diff(path.sample(per_leg=1).length).max())
     return path.sample(per_leg=max(FEWEST, math.ceil(longest / STEP)))
