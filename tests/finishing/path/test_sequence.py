@@ -205,7 +205,8 @@ def test_a_slow_axis_is_spared():
               for path in (short, fast)]  # fmt: skip
     along_x = [sum(float(np.ptp(each)) for each in path) for path in across]
     assert along_x == pytest.approx([16.0, 8.0]) and fast.travel > short.travel + 1.0
-    assert decode(encode(fast)) == fast
+    assert decode(encode(fast)) == fast and fast.exact
+    assert fast.reversed().times is None and not fast.reversed().exact and short.reversed().exact
     assert short.times is None and 4.0 < fast.times[1] < 6.0 and "s between pieces" in repr(fast)
 
 

@@ -60,7 +60,7 @@ class SequencedPath(Described, ByValue, LiftedCourse):
     lift : Lift
         The lifts, mm.
     exact : bool
-        Whether no other sequence is shorter; False: none was found by the search.
+        Whether no other sequence is shorter, or with a robot faster; False: none was found by the search.
     times : (float, float), optional
         Time of the moves between pieces by a robot, s: in the sequence as given, and in this one.
 
@@ -194,9 +194,11 @@ class SequencedPath(Described, ByValue, LiftedCourse):
         return float(work.query(np.concatenate([each.point for each in moves]))[0].min())
 
     def reversed(self) -> Self:
-        """Return the path from its end to its start, mm."""
-        back = tuple(not each for each in self.backwards[::-1])
-        return self.replace(order=self.order[::-1], backwards=back)
+        """Return the path from its end to its start, mm; times of a robot (s) are those of this one alone."""
+        back, timed = tuple(not each for each in self.backwards[::-1]), self.times is not None
+        return self.replace(
+            order=self.order[::-1], backwards=back, exact=self.exact and not timed, times=None
+        )
 
     def blended(self, deviation: float | None = None) -> Self:
         """Return the path with corners rounded within `deviation`, mm; None: 0.05 pitch of each given path.
