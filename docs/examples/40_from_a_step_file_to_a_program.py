@@ -69,6 +69,28 @@ with TemporaryDirectory() as folder:
 print("\n".join(program.text.splitlines()[:6]))
 
 # %%
+# Several faces in sequence
+# -------------------------
+# A block has a flat top and two rounded edges. Each face gets its path; ``sequence`` chooses the order of the pieces and
+# their directions for the shortest way between them. Up to 12 pieces no sequence is shorter. With a robot the times count
+# that it needs at least: here a turn of its wrist between the edges costs more than the way, and another sequence is best.
+block = {face.name: face for face in finishing.read_surfaces("tests/data/step/fillets.step")}
+faces = [("#423", "u"), ("#242", "v"), ("#584", "v")]  # passes along the edges
+paths = [finishing.zigzag(block[name], pitch=1.0, along=along, lift=lift) for name, along in faces]
+place = (650.0, -25.0, 100.0)  # mm
+for path in (finishing.sequence(paths), finishing.sequence(paths, robot=robot, placement=place)):
+    print(path)
+    print(f"order {path.order}, backwards {path.backwards}; {path.least_clearance:.1f} mm from the work in the air")
+motion = finishing.plan(finishing.FinishingProblem(path, robot=robot, placement=place))
+print(motion)
+path.plot()
+plt.show()
+
+# %%
+# A curve that a hole cuts into many pieces gains most: Hilbert's curve on the die has ten.
+print(finishing.sequence(finishing.hilbert(face, 5, lift=lift)))
+
+# %%
 # What is not read
 # ----------------
 # Offset, swept and revolved surfaces are refused by their numbers: export them as B-splines. Meshes of a machine, clamps

@@ -2,14 +2,18 @@
 is refused.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import sdpgrind
 from sdpgrind import finishing, units
+from sdpgrind.finishing._problem.joint_runs import check_ends, posture_of
 from sdpgrind.finishing.timing import _laws
 from sdpgrind.finishing.timing._limits import LawError
 
+STEP = Path(__file__).parents[1] / "data" / "step"
 FLAT = finishing.hilbert(finishing.surface.flat_surface(16.0), 3, mapping="parametric")
 DIE = finishing.hilbert(finishing.surface.nominal_surface(), 3)
 SHARP = finishing.hilbert(finishing.surface.nominal_surface(), 2)
@@ -315,3 +319,25 @@ def test_nothing_in_a_motion_changes(motion, tmp_path):
 def test_a_problem_is_told_in_a_line():
     text = "FinishingProblem(hilbert3 of 64 nodes at 25 mm/s, tool of 4 mm at 0.5236 rad, fixed heading)"
     assert repr(EASY) == text
+
+
+def test_a_turn_from_leg_to_leg_is_none_where_samples_are_close():
+    """A rounded edge of 2 mm of a block: at ends of legs of 1 mm, and in the air of 2 mm, a joint of the robot
+    turns by more than a radian; between samples of 0.25 mm by less.
+    """
+    block = {face.name: face for face in finishing.read_surfaces(STEP / "fillets.step")}
+    path = finishing.zigzag(block["#242"], pitch=1.0, lift=finishing.Lift(air_feed=100.0))
+    robot = finishing.robot("ur10").replace(tool=finishing.tool(length=150.0))
+    problem = finishing.FinishingProblem(
+        path, robot=robot, placement=(650.0, -25.0, 100.0), azimuth=units.deg(90)
+    )
+    with pytest.raises(ValueError, match=r"must turn by at most 1 \(rad\) from pose to pose"):
+        posture_of(problem, path.sample(per_leg=1))
+    motion = finishing.plan(problem)
+    assert motion.worst_violation.held and motion.error < 0.02
+    with pytest.raises(ValueError, match=r"poses.* is out of reach"):
+        check_ends(problem.replace(placement=(2000.0, 0.0, 0.0)))
+    with pytest.raises(ValueError, match=r"must turn by at most 1 \(rad\) from pose to pose"):
+        finishing.plan(
+            problem.replace(azimuth=0.0)
+        )  # there the heading has a corner, however close one looks

@@ -354,7 +354,7 @@ AT_MOST = {
     "sdpgrind.weldbead": 25,
     "sdpgrind.plunge": 25,
     "sdpgrind.locus": 26,
-    "sdpgrind.finishing": 38,  # five of them for robots, three for programs, parts and scans, two for placements
+    "sdpgrind.finishing": 39,  # five for robots, three for programs, parts and scans, two for placements, one for sequences
     "centering": 35,
 }
 

@@ -17,6 +17,7 @@ from ._problem.presets import PresetInfo as PresetInfo
 from ._problem.presets import preset as preset
 from ._problem.presets import presets as presets
 from ._problem.problem import FinishingProblem as FinishingProblem
+from ._problem.sequence import sequence as sequence
 from ._program.program import MotionProgram as MotionProgram
 from ._program.program_path import ProgramPath as ProgramPath
 from ._program.read_program import read_program as read_program

@@ -12,7 +12,8 @@ from sdpgrind.finishing._problem.placed import placed, turned
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._robot import Robot
-from sdpgrind.finishing.path import LiftedPath, PathSamples
+from sdpgrind.finishing.path import PathSamples
+from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.timing import TableLoop
 
 ASTRAY = 1.0  # largest distance of a motion from the path, mm; chosen: beyond it is that of another part
@@ -37,7 +38,7 @@ def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: flo
     course = _course(problem, rows[:, 0], poses, tree.data[0], weight)
     course[:, at.TABLE : at.TABLE + 2] = table[:, :2]
     nearest = _nearest(course, tree)
-    if isinstance(problem.path, LiftedPath):
+    if isinstance(problem.path, LiftedCourse):
         course[:, at.CLEARANCE] = problem.path.sample().clearance[nearest]
     return course
 

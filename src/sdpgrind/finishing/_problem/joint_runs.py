@@ -1,6 +1,7 @@
 """Joints of a robot along a path: branch, placement, smooth runs, and their limits."""
 
 import math
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,13 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._problem.placed import placed
 from sdpgrind.finishing._problem.problem import TABLE_HEIGHT, FinishingProblem
 from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._branches import TurnError
 from sdpgrind.finishing.arm._choice import RobotChoice, choose
 from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._spin_choice import spun_choices
 from sdpgrind.finishing.arm._spin_states import spins_of
-from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.timing._joint_path import JointPath
@@ -29,6 +31,10 @@ STILL = 1e-6  # mm and 1, chosen: change of a pose between two runs that is none
 
 class PostureError(ValueError):
     """No branch of the robot takes the path where it is; another placement may."""
+
+
+class CoarsePosesError(PostureError):
+    """No branch takes the path, one because of a turn between neighbouring samples: closer ones may do."""
 
 
 def limits_of(problem: FinishingProblem, method: str) -> tuple[JointLimits, float | None]:
@@ -54,13 +60,13 @@ def least_duration(problem: FinishingProblem) -> float:
 def feeds_of(problem: FinishingProblem, samples: PathSamples) -> float | list[float]:
     """Greatest feed of the process, or of each run where some are through the air, mm/s."""
     path = problem.path
-    if not isinstance(path, LiftedPath):
+    if not isinstance(path, LiftedCourse):
         return problem.feed_rate
     on_work = [bool(piece.any()) for piece in np.split(samples.contact, _cuts(samples))]
     return [problem.feed_rate if each else path.lift.air_feed for each in on_work]
 
 
-def samples_of(path: Path | LiftedPath) -> PathSamples:
+def samples_of(path: Path | LiftedCourse) -> PathSamples:
     """Samples at most `STEP` mm apart; the joints are smooth only between knots of the surface."""
     longest = float(np.diff(path.sample(per_leg=1).length).max())
     return path.sample(per_leg=max(FEWEST, math.ceil(longest / STEP)))
@@ -75,6 +81,13 @@ def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[RobotCh
     if problem.spin != ():
         return _spun(problem, placed(poses, place), samples), place
     return _chosen(problem, problem.robot, placed(poses, place)), place
+
+
+def check_ends(problem: FinishingProblem) -> None:
+    """Raise where ends of legs are out of reach or limits, before the long sampling."""
+    if problem.heading == "fixed" and problem.spin == ():
+        with suppress(CoarsePosesError):
+            posture_of(problem, problem.path.sample(per_leg=1))
 
 
 def _spun(problem: FinishingProblem, poses: Floats, samples: PathSamples) -> RobotChoice:
@@ -98,7 +111,8 @@ def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoi
     try:
         return choose(robot, poses)
     except ValueError as error:
-        raise PostureError(f"{_advice(problem)} ({error})") from None
+        kind = CoarsePosesError if isinstance(error, TurnError) else PostureError
+        raise kind(f"{_advice(problem)} ({error})") from None
 
 
 def _advice(problem: FinishingProblem) -> str:

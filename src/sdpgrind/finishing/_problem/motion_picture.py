@@ -9,6 +9,7 @@ import numpy as np
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
+from sdpgrind.finishing.path._picture import work
 from sdpgrind.finishing.surface._picture import fill
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def plot(motion: "Motion") -> Any:
 def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
     """Draw the path by the joints on its surface, coloured by feed, with a mark where a limit is nearest."""
     lines = need("mpl_toolkits.mplot3d.art3d", "plot")
-    motion.problem.surface.plot(axis)
+    work(motion.problem.path, axis, motion.points)
     points, kept, worst = motion.points, _apart(motion), motion.worst_violation
     pieces = np.stack([points[kept[:-1]], points[kept[1:]]], axis=1)
     drawn = lines.Line3DCollection(pieces, cmap="plasma", linewidth=1.3, capstyle="round", zorder=3)

@@ -10,7 +10,7 @@ from scipy.interpolate import BSpline
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._robot import Robot
-from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
@@ -45,7 +45,7 @@ def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[Ti
         problem.torque_per_force(problem.feed_angles(problem.path.at(inside))) if problem.pressed else None
     )
     table = _labelled(problem.robot, time, length, feed, joints, speed, lever)
-    if isinstance(problem.path, LiftedPath):
+    if isinstance(problem.path, LiftedCourse):
         on_work = problem.path.at(length).contact.astype(np.int8)
         table["contact"] = "row", on_work, {"units": "1", "long_name": "1 on the work, 0 in the air"}
     return table

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
-from sdpgrind.finishing._problem.joint_runs import PostureError, posture_of, samples_of
+from sdpgrind.finishing._problem.joint_runs import PostureError, check_ends, posture_of, samples_of
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._spin_states import spins_of
 from sdpgrind.finishing.placement._grid import FREE, grid, in_base, sifted
@@ -172,8 +172,7 @@ def _placed(problem: FinishingProblem, row: PlacementRows) -> FinishingProblem:
 def stopped(problem: FinishingProblem, samples: Any) -> str:
     """Return what stops a placed problem on its path: the sentence of the planner; empty: nothing does."""
     try:
-        if problem.heading == "fixed" and problem.spin == ():
-            posture_of(problem, problem.path.sample(per_leg=1))
+        check_ends(problem)
         posture_of(problem, samples)
     except ValueError as error:
         return str(error)

@@ -4,6 +4,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.progress import ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.joint_runs import (
     PostureError,
+    check_ends,
     feeds_of,
     limits_of,
     posture_of,
@@ -79,9 +80,7 @@ def plan(
     progress = portion(progress, begun, 1.0)
     progress(0.0, "joints along the path")
     try:
-        if problem.heading == "fixed" and problem.spin == ():
-            # ends of legs show what is out of reach, before the long sampling
-            posture_of(problem, problem.path.sample(per_leg=1))
+        check_ends(problem)
         samples = samples_of(problem.path)
         chosen, place = posture_of(problem, samples)
     except PostureError as error:

@@ -21,7 +21,7 @@ from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._serial import SerialRobot
 from sdpgrind.finishing.arm._spin_states import checked_spin
 from sdpgrind.finishing.arm._tool import HEADINGS, checked_hold, is_face_on, tool_poses
-from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.roughness._model import RoughnessModel
@@ -44,9 +44,11 @@ def _place(name: str, value: Any) -> tuple[float, ...]:
     return tuple(place.tolist())
 
 
-def _path(name: str, value: Any) -> Path | LiftedPath:
+def _path(name: str, value: Any) -> Path | LiftedCourse:
     return (
-        value if isinstance(value, LiftedPath) else checks.kind(name, value, Path, " (see finishing.hilbert)")
+        value
+        if isinstance(value, LiftedCourse)
+        else checks.kind(name, value, Path, " (see finishing.hilbert)")
     )
 
 
@@ -77,8 +79,8 @@ class FinishingProblem(Described):
 
     Parameters
     ----------
-    path : Path or LiftedPath
-        Path of the contact, with or without lifts; see `hilbert` and `zigzag`.
+    path : Path, LiftedPath or SequencedPath
+        Path of the contact, with or without lifts; see `hilbert`, `zigzag` and `sequence`.
     model : RoughnessModel
         Roughness that the tool leaves.
     robot : Robot
@@ -128,7 +130,7 @@ class FinishingProblem(Described):
     """
 
     _younger = ("spin",)  # left out of files and digests while it is (), as in versions that did not have it
-    path: Path | LiftedPath = custom(_path)
+    path: Path | LiftedCourse = custom(_path)
     _: dataclasses.KW_ONLY
     model: RoughnessModel = part(
         RoughnessModel,
@@ -325,7 +327,7 @@ class FinishingProblem(Described):
         return asked("sdpgrind.finishing._doubts.doubts:doubts", self, data)
 
 
-def _digest(path: Path | LiftedPath) -> str:
+def _digest(path: Path | LiftedCourse) -> str:
     """Hash of a path, 12 hexadecimal digits."""
     return hashlib.sha256(encode(path).encode()).hexdigest()[:12]
 

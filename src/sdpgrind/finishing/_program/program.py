@@ -33,7 +33,7 @@ from sdpgrind.finishing._program.table import table
 from sdpgrind.finishing._program.trajectory import trajectory
 from sdpgrind.finishing._program.turns import turns_of
 from sdpgrind.finishing.arm._serial import SerialRobot
-from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._lifted_course import LiftedCourse
 
 TARGETS = ("urscript", "rapid", "krl", "csv", "ros")
 ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv", "ros": ".json"}
@@ -225,7 +225,7 @@ def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date:
     yield f"{name}: {motion.length[-1]:.1f} mm of path in {motion.time[-1]:.3f} s" + (
         f", {date}" if date else ""
     )
-    air = f", {problem.path.lift.air_feed:g} in the air" if isinstance(problem.path, LiftedPath) else ""
+    air = f", {problem.path.lift.air_feed:g} in the air" if isinstance(problem.path, LiftedCourse) else ""
     yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {problem.feed_rate:g} mm/s{air}"
     yield f"deviation: contact within {deviation:g} mm of the plan; a turn of the tool counts"
     yield f"times the lever arm of {problem.lever_arm:g} mm"

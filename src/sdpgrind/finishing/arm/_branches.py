@@ -1,6 +1,6 @@
 """Choice of branch, and of wrist radius, for the runs of a path, by dynamic programming."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 # rad, chosen: greatest turn between neighbouring poses; with more the arm leaves the path between them
 TURN = 1.0
+
+
+class TurnError(ValueError):
+    """No branch is within limits, one because of a turn between neighbouring poses: closer ones may do."""
 
 
 class ArmChoice(NamedTuple):
@@ -136,7 +140,7 @@ def jump(arm: Robot, joints: Floats, at: int, through: str = "the tool comes thr
         f" got {turns[j]:.4g} between poses[{at}] and poses[{at + 1}],"
         f" where the heading has a corner, or {through}"
     )
-    return Excess(at, text, float(turns[j] / TURN))
+    return Excess(at, text, float(turns[j] / TURN), turns=True)
 
 
 def _refuse_impossible(k: int, row: list[Way], pairs: list[tuple[int, float]]) -> None:
@@ -144,10 +148,15 @@ def _refuse_impossible(k: int, row: list[Way], pairs: list[tuple[int, float]]) -
     if len(wrong) < len(row):
         return
     found, (branch, radius) = min(wrong, key=lambda each: each[0].share)
-    raise ValueError(
+    raise refusal(each for each, _ in wrong)(
         f"runs[{k}] has no branch within limits; nearest comes branch {branch} ({BRANCHES[branch]}) at wrist"
         f" radius {radius:g} mm: {found.text}"
     )
+
+
+def refusal(wrong: Iterable[Excess]) -> type[ValueError]:
+    """Return the class of the error where all candidates are impossible."""
+    return TurnError if any(each.turns for each in wrong) else ValueError
 
 
 def least_travel(arm: Robot, ways: list[list[Way]], names: list[str]) -> list[int]:

@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _serial_kernels as kernels
 from sdpgrind.finishing.arm._arm import Arm
-from sdpgrind.finishing.arm._branches import Way, choose_branches, jump, least_travel, travel_of
+from sdpgrind.finishing.arm._branches import Way, choose_branches, jump, least_travel, refusal, travel_of
 from sdpgrind.finishing.arm._inverse import Excess, beyond_limit, checked_poses, first_beyond
 from sdpgrind.finishing.arm._robot import Robot, angular, middle
 from sdpgrind.finishing.arm._serial import SerialRobot
@@ -87,7 +87,9 @@ def _unreached(at: int, branch: int, beyond: float, share: float) -> Excess:
 def _refuse(ways: list[Way]) -> None:
     wrong = [(way.wrong, k) for k, way in enumerate(ways) if way.wrong is not None]
     found, branch = min(wrong, key=lambda each: each[0].share)
-    raise ValueError(f"no branch is within limits; nearest comes branch {branch}: {found.text}")
+    raise refusal(each for each, _ in wrong)(
+        f"no branch is within limits; nearest comes branch {branch}: {found.text}"
+    )
 
 
 def _free(robot: Robot, branch: int, count: int) -> dict[str, float]:

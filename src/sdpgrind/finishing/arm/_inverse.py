@@ -36,11 +36,15 @@ class Links(JointRanges, Protocol):
 
 
 class Excess(NamedTuple):
-    """First joint beyond its limit or wrist out of reach; `share` of the joint's range or the arm's reach."""
+    """First joint beyond its limit or wrist out of reach; `share` of the joint's range or the arm's reach.
+
+    `turns`: whether it is a turn from one pose to the next, of which poses between them may make two.
+    """
 
     at: int
     text: str
     share: float
+    turns: bool = False
 
 
 def checked_poses(poses: npt.ArrayLike) -> Floats:

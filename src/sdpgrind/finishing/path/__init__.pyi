@@ -9,4 +9,5 @@ from ._samples import PathSamples as PathSamples
 from ._scallop import ball_footprint as ball_footprint
 from ._scallop import cusp_roughness as cusp_roughness
 from ._scallop import scallop_height as scallop_height
+from ._sequenced_path import SequencedPath as SequencedPath
 from ._zigzag import zigzag as zigzag

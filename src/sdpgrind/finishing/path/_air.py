@@ -79,6 +79,11 @@ class AirMove:
         return np.asarray(np.polynomial.polynomial.polyval(t, polynomial).T)
 
     @property
+    def is_crossing(self) -> bool:
+        """Whether it leads from one height to another one, not down or up."""
+        return self.clearance is not None
+
+    @property
     def length(self) -> float:
         """Length, mm."""
         return self._arc.total
@@ -149,6 +154,14 @@ def across(before: AirMove, after: AirMove, height: float) -> AirMove | None:
     vector = Rotation.from_matrix(first.frame[0].T @ last.frame[0]).as_rotvec()
     line, turn = _line(first.point[0], last.point[0]), np.stack([vector, np.zeros(3)])
     return AirMove(line, first.frame[0], turn, first.point[0], first.frame[0][:, 2], clearance=height)
+
+
+def straight_down(before: AirMove, line: AirMove) -> AirMove:
+    """Return the straight line down, begun where the line before ends, near its own start."""
+    first, last = before.at(np.array([before.length])), line.at(np.array([line.length]))
+    vector = Rotation.from_matrix(last.frame[0].T @ first.frame[0]).as_rotvec()
+    turn = np.stack([vector, np.zeros(3)])
+    return replace(line, coefficients=_line(first.point[0], last.point[0]), frame=last.frame[0], turn=turn)
 
 
 def _quintic(p: Floats, v: Floats, a: Floats, q: Floats, w: Floats) -> Floats:

@@ -7,9 +7,9 @@ import numpy as np
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
-from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.path._path import Path
-from sdpgrind.finishing.surface._picture import fill
+from sdpgrind.finishing.surface._picture import fill, patches
 
 PIECES = 20_000  # chosen: straight pieces of the line, at most about
 COLOURS = "plasma"
@@ -17,14 +17,14 @@ FAR = 0.82  # share of the colour scale in use, chosen: the rest is too pale on 
 AWAY = 0.18  # chosen: opacity of the line on the far side
 
 
-def plot(path: Path | LiftedPath, ax: Any = None) -> Any:
+def plot(path: Path | LiftedCourse, ax: Any = None) -> Any:
     """Draw a path on its surface, coloured by the length behind; see `Path.plot`."""
     collections = need("mpl_toolkits.mplot3d.art3d", "plot")
     own = ax is None
     if own:
         ax = pictures.figure(7.6, 4.6).add_subplot(projection="3d")
-    figure = (path.patch if isinstance(path, LiftedPath) else path.surface).plot(ax)
     samples = path.sample(per_leg=max(1, min(8, PIECES // len(path.nodes))))
+    figure = work(path, ax, samples.point)
     every = slice(None, None, max(1, len(samples.length) // (2 * PIECES)))
     point, faces = samples.point[every], _faces(samples.normal[every], ax)
     line = collections.Line3DCollection(_pieces(point), linewidths=_width(path), capstyle="round", zorder=3)
@@ -41,14 +41,20 @@ def plot(path: Path | LiftedPath, ax: Any = None) -> Any:
     return figure
 
 
+def work(path: Path | LiftedCourse, ax: Any, points: Floats) -> Any:
+    """Draw the work under a path, in a box with points (m, 3) in the air: its surface, or its patches."""
+    return patches(path.patches, ax, points) if isinstance(path, LiftedCourse) else path.surface.plot(ax)
+
+
 def _pieces(point: Floats) -> Floats:
     """Straight pieces (m - 1, 2, 3)."""
     return np.stack([point[:-1], point[1:]], axis=1)
 
 
-def _width(path: Path | LiftedPath) -> float:
+def _width(path: Path | LiftedCourse) -> float:
     """Width of the line, points: thinner where passes are close."""
-    return float(np.clip(60.0 * path.pitch / np.sqrt(path.surface.area), 0.3, 1.6))
+    surfaces = [each.surface for each in path.patches] if isinstance(path, LiftedCourse) else [path.surface]
+    return float(np.clip(60.0 * path.pitch / np.sqrt(sum(each.area for each in surfaces)), 0.3, 1.6))
 
 
 def _faces(normal: Floats, ax: Any) -> Floats:
@@ -58,7 +64,7 @@ def _faces(normal: Floats, ax: Any) -> Floats:
     return np.asarray(normal @ eye > 0)
 
 
-def _colours(path: Path | LiftedPath) -> dict[str, Any]:
+def _colours(path: Path | LiftedCourse) -> dict[str, Any]:
     """Colour map and its ends."""
     colors = need("matplotlib.colors", "plot")
     scale = need("matplotlib", "plot").colormaps[COLOURS](np.linspace(0.0, FAR, 256))

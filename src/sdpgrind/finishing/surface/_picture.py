@@ -1,5 +1,6 @@
 """Picture of a surface in three dimensions."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,6 +59,21 @@ def patch(trimmed: "Patch", ax: Any = None) -> Any:
     axes = figure.axes[-1] if ax is None else ax
     for line in trimmed.outline():
         axes.plot(*line.T, color=TRIMMED, lw=1.5, zorder=2.0)
+    return figure
+
+
+def patches(trimmed: Sequence["Patch"], ax: Any, points: checks.Floats) -> Any:
+    """Draw several patches in one box with points (m, 3), seen from the tool's side of the largest one."""
+    figure, axes = _axes(ax)
+    limits, views = [], []
+    for each in trimmed:
+        patch(each, axes)
+        limits.append(_limits(axes))
+        views.append((axes.elev, axes.azim))
+    low, high = np.moveaxis(np.array(limits), -1, 0)
+    _scaled(axes, np.concatenate([low, high, points]))
+    height, azimuth = views[int(np.argmax([each.area for each in trimmed]))]
+    axes.view_init(elev=height, azim=azimuth)
     return figure
 
 
