@@ -111,6 +111,25 @@ def _ring(place: Path, parts: int) -> tuple[Any, Any]:
     return log, wanted
 
 
+def folder(parts: int, math: str) -> None:
+    """Print how far a loop with functions of a folder is from one with those of the C library."""
+    print(f"\n## {parts} parts in hwsim, C with functions of a folder inside")
+    if not math:
+        print("not run: --math names no folder")
+        return
+    controller = cycle()
+    grinder = hwsim.PlungeGrinder(controller.problem)
+    with tempfile.TemporaryDirectory() as kept:
+        c = sdpgrind.export(controller, Path(kept) / "cycle", math=math).controller()
+    logs = [hwsim.run(grinder, one, parts=parts, rng=0) for one in (c, controller)]
+    print("| what | differing | largest |\n|---|---|---|")
+    for tier in ("outcome", *logs[1].tiers):
+        tables = [log.outcome if tier == "outcome" else log[tier] for log in logs]
+        for name in tables[0]:
+            off = np.abs(np.asarray(tables[0][name], float) - np.asarray(tables[1][name], float))
+            print(f"| {tier}.{name} | {np.count_nonzero(off > 0.0)} | {np.nanmax(off):.3g} |", flush=True)
+
+
 # -- the self-test -----------------------------------------------------------------------------------------
 
 
@@ -286,6 +305,7 @@ PARTS = {
         lambda one: bits(one, asked.steps),
     ),
     "loops": lambda asked: loops(asked.parts),
+    "folder": lambda asked: folder(asked.parts, asked.math),
     "mutants": lambda asked: _each(
         "self-test finds | without effect | missed", lambda one: mutants(one, 100, asked.steps)
     ),
@@ -305,6 +325,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--parts", type=int, default=1000)
+    parser.add_argument("--math", default="", metavar="FOLDER", help="C sources of a libm")
     parser.add_argument("--steps", type=int, default=1_000_000)
     parser.add_argument("--things", nargs="*", default=list(THINGS))
     asked = parser.parse_args()

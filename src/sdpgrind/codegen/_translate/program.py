@@ -13,7 +13,7 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._translate.body import CLine, merged, without_unused
 from sdpgrind.codegen._translate.refusals import KernelSource, check_options
-from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_in_order
+from sdpgrind.codegen._translate.runtime import AT_MACRO, guarded, helper_text, helpers_in_order, prototypes
 from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.types import (
     BOOL,
@@ -94,6 +94,8 @@ class CProgram:
     comments: dict[str, str] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)
     checked: bool = False
+    outside: str = ""
+    """Prefix of elementary functions that are not those of math.h."""
     _underway: list[Any] = field(default_factory=list)
     _arrays: dict[Any, Value] = field(default_factory=dict)
     _sources: dict[Kernel, KernelSource] = field(default_factory=dict)
@@ -294,7 +296,9 @@ class CProgram:
         parts = [self._structure(kind, name) for kind, name in self.structures.items()]
         parts += list(self.tables.values())
         parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
-        parts += [helper_text(name, prefix) for name in helpers_in_order(self.helpers)]
+        if self.outside and (names := guarded(self.helpers)):
+            parts.append(prototypes(names, self.outside))
+        parts += [helper_text(name, prefix, self.outside) for name in helpers_in_order(self.helpers)]
         functions = [one for one in self.written if one.view is None]
         parts.append("\n".join(f"{one.signature};" for one in functions))
         return "\n\n".join([*parts, *(one.text for one in functions)])
