@@ -18,7 +18,7 @@ from unittest import mock
 
 import numpy as np
 from exports_mutants import FLAGS, mutants
-from exports_things import THINGS, bead, cycle, ring, torque
+from exports_things import THINGS, bead, cycle, ring, torque, walk
 from measure import clock
 
 import centering
@@ -55,7 +55,13 @@ def bits(name: str, steps: int) -> None:
 def loops(parts: int) -> None:
     print(f"\n## {parts} parts in hwsim, C inside\n| what | differing outcomes, tables |\n|---|---|")
     with tempfile.TemporaryDirectory() as kept:
-        for name, run in (("bead", _bead), ("cycle", _cycle), ("torque", _torque), ("ring", _ring)):
+        for name, run in (
+            ("bead", _bead),
+            ("cycle", _cycle),
+            ("torque", _torque),
+            ("walk", _walk),
+            ("ring", _ring),
+        ):
             pairs = run(Path(kept) / name, parts)
             print(f"| {name} | {_differing(*pairs)} |", flush=True)
 
@@ -86,6 +92,12 @@ def _cycle(place: Path, parts: int) -> tuple[Any, Any]:
 def _torque(place: Path, parts: int) -> tuple[Any, Any]:
     controller = torque()
     plant, made = hwsim.FinishingCell(controller.motion.problem), sdpgrind.export(controller, place)
+    return tuple(hwsim.run(plant, one, parts=parts, rng=0) for one in (made.controller(), controller))
+
+
+def _walk(place: Path, parts: int) -> tuple[Any, Any]:
+    controller = walk()
+    plant, made = hwsim.AdaptiveGrinder(controller.curve.problem), sdpgrind.export(controller, place)
     return tuple(hwsim.run(plant, one, parts=parts, rng=0) for one in (made.controller(), controller))
 
 

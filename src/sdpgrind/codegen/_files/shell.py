@@ -69,7 +69,7 @@ class CSource:
 
 def source_of(recipe: Recipe, name: str, version: str, outside: str = "") -> CSource:
     """Translate a recipe under a name; `outside`: prefix of elementary functions that are not math.h's."""
-    program = CProgram(name, outside=outside)
+    program = CProgram(name, outside=outside, written_out=recipe.written_out)
     constants = constants_of(recipe, program)
     step, lines = _step(recipe, name, program, constants)
     reset = _reset(recipe, name, program, constants)

@@ -5,6 +5,7 @@ import hashlib
 import inspect
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -79,7 +80,8 @@ class Function:
             "file": self.source.file,
             "line": self.source.first,
         }
-        return {"name": self.name, **where, "sha256": digest}
+        told = {"written_out": True} if self.source.written_out else {}
+        return {"name": self.name, **where, **told, "sha256": digest}
 
 
 @dataclass
@@ -96,6 +98,8 @@ class CProgram:
     checked: bool = False
     outside: str = ""
     """Prefix of elementary functions that are not those of math.h."""
+    written_out: Mapping[Kernel, str] = field(default_factory=dict)
+    """Text that is translated in place of a kernel."""
     _underway: list[Any] = field(default_factory=list)
     _arrays: dict[Any, Value] = field(default_factory=dict)
     _sources: dict[Kernel, KernelSource] = field(default_factory=dict)
@@ -225,7 +229,7 @@ class CProgram:
 
     def _source(self, kernel: Kernel) -> KernelSource:
         if kernel not in self._sources:
-            self._sources[kernel] = KernelSource(kernel)
+            self._sources[kernel] = KernelSource(kernel, self.written_out.get(kernel, ""))
         return self._sources[kernel]
 
     def _translated(self, kernel: Kernel, kinds: tuple[Type, ...], numbers: Numbers, at: Any) -> Function:

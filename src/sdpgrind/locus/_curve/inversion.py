@@ -57,6 +57,13 @@ class Inversion:
     def __repr__(self) -> str:
         return f"Inversion(state in [{self.low:.6g}, {self.high:.6g}], {self.table!r})"
 
+    def __export__(self) -> object:
+        """Refuse: the search for the state runs on a tape; units do not matter."""
+        raise TypeError(
+            "an Inversion is not exported: its search for the hidden state runs on a tape; export its table,"
+            " by that state, or a LocusController, which needs no search"
+        )
+
     def at(self, measured: float, *controls: float, out: Floats | None = None) -> tuple[Floats, bool]:
         """Return state and table columns (1 + n,), in `out` if given, and whether the state is clamped.
 
