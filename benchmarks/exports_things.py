@@ -54,6 +54,10 @@ def walk() -> Any:
     return locus.LocusController(locus.plan(locus.preset("grinding")), along="infeed_rate")
 
 
+def inversion() -> Any:
+    return locus.plan(locus.preset("grinding")).inversion()
+
+
 def _removed(s: Any, c: Any) -> Any:
     return sdp.LogNormal(0.004 * c.strokes, 0.0008 * c.strokes)
 
@@ -103,7 +107,7 @@ def three() -> Any:
 
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
-    "walk": walk,
+    "walk": walk, "inversion": inversion,
     "hone": hone, "two": two, "three": three,
 }  # fmt: skip
 """Name of each thing to how it is made."""

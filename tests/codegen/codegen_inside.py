@@ -10,6 +10,7 @@ from sdpgrind.codegen._fmi.description import model_description as model_descrip
 from sdpgrind.codegen._math.c_file import CFile as CFile
 from sdpgrind.codegen._proof import compilers as compilers
 from sdpgrind.codegen._translate.values import identical as identical
+from sdpgrind.locus._curve.inversion import Inversion as Inversion
 from sdpgrind.locus._problem import tape_kernels as tape_kernels
 from sdpgrind.locus._problem.tape import tape as tape
 from sdpgrind.locus._problem.tape_lines import straight_lines as straight_lines

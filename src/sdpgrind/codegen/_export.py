@@ -49,10 +49,10 @@ def export(
     ----------
     thing : plan, controller or Recipe
         What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.Locus` (its table by the
-        hidden state) and ``locus.table()``, `locus.LocusController` (by feedback), `plunge.CycleController`,
-        `plunge.StagedController`, `finishing.TorqueController`, `weldbead.force.ForceController` (along its
-        plan; without one its law, to which force and position of the plan are handed over),
-        `centering.GeometryEstimator`; or a `Recipe` of a kernel of one's own.
+        hidden state), its ``table()`` and ``inversion()``, `locus.LocusController` (by feedback),
+        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
+        `weldbead.force.ForceController` (along its plan; without one its law, to which force and position of
+        the plan are handed over), `centering.GeometryEstimator`; or a `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
@@ -142,9 +142,9 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     told = getattr(type(thing), "__export__", None)
     if told is None:
         raise TypeError(
-            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, a LocusController, a"
-            " CycleController, a StagedController, a TorqueController, a ForceController, a GeometryEstimator"
-            f" or a Recipe; got {type(thing).__name__}"
+            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, an Inversion, a"
+            " LocusController, a CycleController, a StagedController, a TorqueController, a ForceController, a"
+            f" GeometryEstimator or a Recipe; got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe

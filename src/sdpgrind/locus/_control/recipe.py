@@ -107,9 +107,9 @@ def _limit_at(walk: kernels.Walk, count: int) -> str:
     """Return the text of the kernel with its tape written out."""
     names = ["base" if k == walk.column else f"x{k}" for k in range(count + 1)]
     read = [f"x{k} = row[{k}]" for k in range(count + 1) if k != walk.column]
-    lines = [*read, *straight_lines(walk.tape, names, walk.limit)]
+    lines, limits = straight_lines(walk.tape, names, [walk.limit])
     told = '"""Return the limit at the controls of a row with the coordinate at `base`."""'
-    return "\n    ".join(["def limit_at(walk, row, base):", told, *lines, ""])
+    return "\n    ".join(["def limit_at(walk, row, base):", told, *read, *lines, f"return {limits[0]}", ""])
 
 
 @dataclass(frozen=True)

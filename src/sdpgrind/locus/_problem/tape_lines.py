@@ -1,5 +1,7 @@
 """A tape as straight lines of Python, one an operation: no interpreter, no loop, no room."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sdpgrind.base.checks import Floats
@@ -23,8 +25,8 @@ _LINES = {
 """Operation -> its line in the subset that is translated to C; others have none of their bits there."""
 
 
-def straight_lines(tape: Floats, inputs: list[str], output: int) -> list[str]:
-    """Return lines that end in the return of one output, of inputs by the names of their places.
+def straight_lines(tape: Floats, inputs: list[str], outputs: Sequence[int]) -> tuple[list[str], list[str]]:
+    """Return lines that some outputs of a tape need, of inputs by names, and the names of these outputs.
 
     Raises ValueError for an operation that is not translated.
     """
@@ -32,13 +34,13 @@ def straight_lines(tape: Floats, inputs: list[str], output: int) -> list[str]:
     constants = [_number(one) for one in tape[COUNTS : COUNTS + whole[2]].tolist()]
     operations, results = _operations(tape)
     names = [*inputs, *constants, *(f"r{k}" for k in range(len(operations)))]
-    first, wanted = len(inputs) + len(constants), {results[output]}
+    first, wanted = len(inputs) + len(constants), {results[k] for k in outputs}
     lines: list[str] = []
     for k, (op, *places) in reversed(list(enumerate(operations))):
         if first + k in wanted:
             wanted |= set(places)
             lines.append(f"r{k} = {_line(op, [names[one] for one in places])}")
-    return [*reversed(lines), f"return {names[results[output]]}"]
+    return lines[::-1], [names[results[k]] for k in outputs]
 
 
 def _operations(tape: Floats) -> tuple[list[tuple[int, int, int]], list[int]]:
@@ -57,7 +59,7 @@ def _operations(tape: Floats) -> tuple[list[tuple[int, int, int]], list[int]]:
 def _line(op: int, names: list[str]) -> str:
     if op not in _LINES:
         told = f"without the operation {Op(op).name.lower()}, for which C has no function of the same bits"
-        raise ValueError(f"limit must be {told}")
+        raise ValueError(f"expressions of the process must be {told}")
     return _LINES[Op(op)].format(*names)
 
 
