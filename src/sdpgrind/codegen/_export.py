@@ -143,8 +143,8 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     if told is None:
         raise TypeError(
             "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, an Inversion, a"
-            " LocusController, a CycleController, a StagedController, a TorqueController, a ForceController, a"
-            f" GeometryEstimator or a Recipe; got {type(thing).__name__}"
+            " LocusController, a CycleController, a StagedController, a TorqueController, a"
+            f" ForceController, a GeometryEstimator or a Recipe; got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe

@@ -13,6 +13,7 @@ from sdpgrind.locus._control.walking import Walking
 from sdpgrind.locus._path import law_kernels as core
 from sdpgrind.locus._path import walk_kernels as kernels
 from sdpgrind.locus._problem.tape_lines import straight_lines
+from sdpgrind.locus._trace.table_kernels import look_up
 
 _TOLD = {
     "coordinate": "command along the locus",
@@ -130,8 +131,36 @@ class _ReadParts:
     def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
         """Return the readings of parts, about `count` samples at least, each kind once at least."""
         parts = max(-(-count // _LENGTH), len(_KINDS))
-        kinds = [_KINDS[k % len(_KINDS)] for k in range(parts)]
-        return [np.array(list(self._readings(rng, kind)))[:, : 1 + self.measured] for kind in kinds]
+        found = [self._readings(rng, _KINDS[k % len(_KINDS)]) for k in range(parts)]
+        return [np.array(list(one))[:, : 1 + self.measured] for one in (*found, self._along(rng))]
+
+    def _along(self, rng: np.random.Generator) -> Iterator[tuple[float, float]]:
+        """Yield readings that lead through all cells of the table, from the greatest coordinate down."""
+        state, law, walk, row = self.start.copy(), self.law, self.walk, np.empty(self._width)
+        cells = int(walk.table[:3].view(np.int64)[2])
+        width = (law.high - law.low) / cells
+        for target in law.high - width * (np.arange(cells) + rng.random(cells)):
+            place = float(state[core.PLACE])
+            kernels.row_at(walk, place, row)
+            reading = float(row[-2]) - walk.margin - self._error(state, target - place)
+            yield reading, place
+            kernels.walk_step(state, law, walk, reading, place if self.measured else nan, row)
+
+    def _error(self, state: Floats, change: float) -> float:
+        """Return the error, limit - response, by which the law changes the coordinate so."""
+        law, last, before = self.law, float(state[core.LAST]), float(state[core.LAST_BUT_ONE])
+        kp = law.proportional if state[core.UPDATES] >= 1.0 else 0.0
+        kd = law.derivative if state[core.UPDATES] >= 2.0 else 0.0
+        kept = kp * last + kd * (2.0 * last - before)
+        return (law.direction * change + kept) / (self._gain(float(state[core.PLACE])) + kp + kd)
+
+    def _gain(self, place: float) -> float:
+        """Return the integral gain at a coordinate."""
+        if not self.law.scheduled:
+            return self.law.integral
+        slope = np.empty(1)
+        look_up(self.law.slopes, place, slope)
+        return self.law.integral / abs(float(slope[0]))
 
     def _readings(self, rng: np.random.Generator, kind: str) -> Iterator[tuple[float, float]]:
         state, walk = self.start.copy(), self.walk
