@@ -21,6 +21,12 @@ _HEADER = """\
 
 {guards}
 
+/* with half precision on board, which nothing here uses: doubles are doubles */
+#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD == 16)
+#undef FLT_EVAL_METHOD
+#define FLT_EVAL_METHOD 0
+#endif
+
 #undef __FP_FAST_FMA
 #undef __FP_FAST_FMAF
 #undef FP_FAST_FMA

@@ -40,6 +40,7 @@ _CLOSE, _OFF = (
     0.02,
     0.3,
 )  # chosen: shares of the greatest limit: readings are off by these
+_NEAR_END = 0.05  # chosen: share of a cell of the table; a wrong start of its search shows at its ends
 _LAGGED = 0.5  # chosen: share of the way to its command that a lagging coordinate takes in a sample
 
 
@@ -135,11 +136,16 @@ class _ReadParts:
         return [np.array(list(one))[:, : 1 + self.measured] for one in (*found, self._along(rng))]
 
     def _along(self, rng: np.random.Generator) -> Iterator[tuple[float, float]]:
-        """Yield readings that lead through all cells of the table, from the greatest coordinate down."""
+        """Yield readings that lead to both ends of each cell of the table, from the greatest coordinate on."""
         state, law, walk, row = self.start.copy(), self.law, self.walk, np.empty(self._width)
         cells = int(walk.table[:3].view(np.int64)[2])
-        width = (law.high - law.low) / cells
-        for target in law.high - width * (np.arange(cells) + rng.random(cells)):
+        width = (walk.greatest - walk.least) / cells
+        places = (
+            np.arange(cells)[:, None]
+            + rng.uniform(0.0, _NEAR_END, cells)[:, None] * [[1.0, -1.0]]
+            + [[0.0, 1.0]]
+        )
+        for target in walk.greatest - width * places.ravel():
             place = float(state[core.PLACE])
             kernels.row_at(walk, place, row)
             reading = float(row[-2]) - walk.margin - self._error(state, target - place)
