@@ -136,7 +136,7 @@ class _ReadParts:
         return [np.array(list(one))[:, : 1 + self.measured] for one in (*found, self._along(rng))]
 
     def _along(self, rng: np.random.Generator) -> Iterator[tuple[float, float]]:
-        """Yield readings that lead to both ends of each cell of the table, from the greatest coordinate on."""
+        """Yield readings that lead to both ends of each cell of the table, from the greatest on."""
         state, law, walk, row = self.start.copy(), self.law, self.walk, np.empty(self._width)
         cells = int(walk.table[:3].view(np.int64)[2])
         width = (walk.greatest - walk.least) / cells
