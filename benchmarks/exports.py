@@ -18,7 +18,7 @@ from unittest import mock
 
 import numpy as np
 from exports_mutants import FLAGS, mutants
-from exports_things import THINGS, bead, cycle, ring, torque
+from exports_things import THINGS, bead, cycle, ring, torque, walk
 from measure import clock
 
 import centering
@@ -55,7 +55,13 @@ def bits(name: str, steps: int) -> None:
 def loops(parts: int) -> None:
     print(f"\n## {parts} parts in hwsim, C inside\n| what | differing outcomes, tables |\n|---|---|")
     with tempfile.TemporaryDirectory() as kept:
-        for name, run in (("bead", _bead), ("cycle", _cycle), ("torque", _torque), ("ring", _ring)):
+        for name, run in (
+            ("bead", _bead),
+            ("cycle", _cycle),
+            ("torque", _torque),
+            ("walk", _walk),
+            ("ring", _ring),
+        ):
             pairs = run(Path(kept) / name, parts)
             print(f"| {name} | {_differing(*pairs)} |", flush=True)
 
@@ -89,6 +95,12 @@ def _torque(place: Path, parts: int) -> tuple[Any, Any]:
     return tuple(hwsim.run(plant, one, parts=parts, rng=0) for one in (made.controller(), controller))
 
 
+def _walk(place: Path, parts: int) -> tuple[Any, Any]:
+    controller = walk()
+    plant, made = hwsim.AdaptiveGrinder(controller.curve.problem), sdpgrind.export(controller, place)
+    return tuple(hwsim.run(plant, one, parts=parts, rng=0) for one in (made.controller(), controller))
+
+
 def _ring(place: Path, parts: int) -> tuple[Any, Any]:
     """Centring with the C in place of the estimator's kernel: it works on the same array."""
     problem = centering.preset("printed").replace(mass=0.8, radius=44.45)
@@ -109,6 +121,25 @@ def _ring(place: Path, parts: int) -> tuple[Any, Any]:
         log = hwsim.run(plant, centering.CenteringController(strategy), parts=parts, rng=0)
     assert made, "the C was not called"
     return log, wanted
+
+
+def folder(parts: int, math: str) -> None:
+    """Print how far a loop with functions of a folder is from one with those of the C library."""
+    print(f"\n## {parts} parts in hwsim, C with functions of a folder inside")
+    if not math:
+        print("not run: --math names no folder")
+        return
+    controller = cycle()
+    grinder = hwsim.PlungeGrinder(controller.problem)
+    with tempfile.TemporaryDirectory() as kept:
+        c = sdpgrind.export(controller, Path(kept) / "cycle", math=math).controller()
+    logs = [hwsim.run(grinder, one, parts=parts, rng=0) for one in (c, controller)]
+    print("| what | differing | largest |\n|---|---|---|")
+    for tier in ("outcome", *logs[1].tiers):
+        tables = [log.outcome if tier == "outcome" else log[tier] for log in logs]
+        for name in tables[0]:
+            off = np.abs(np.asarray(tables[0][name], float) - np.asarray(tables[1][name], float))
+            print(f"| {tier}.{name} | {np.count_nonzero(off > 0.0)} | {np.nanmax(off):.3g} |", flush=True)
 
 
 # -- the self-test -----------------------------------------------------------------------------------------
@@ -286,6 +317,7 @@ PARTS = {
         lambda one: bits(one, asked.steps),
     ),
     "loops": lambda asked: loops(asked.parts),
+    "folder": lambda asked: folder(asked.parts, asked.math),
     "mutants": lambda asked: _each(
         "self-test finds | without effect | missed", lambda one: mutants(one, 100, asked.steps)
     ),
@@ -305,6 +337,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--parts", type=int, default=1000)
+    parser.add_argument("--math", default="", metavar="FOLDER", help="C sources of a libm")
     parser.add_argument("--steps", type=int, default=1_000_000)
     parser.add_argument("--things", nargs="*", default=list(THINGS))
     asked = parser.parse_args()

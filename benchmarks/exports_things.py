@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 import centering
-from sdpgrind import finishing, plunge, sdp, units, weldbead
+from sdpgrind import finishing, locus, plunge, sdp, units, weldbead
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.weldbead import force
 
@@ -48,6 +48,14 @@ def table() -> Any:
     columns = np.column_stack([np.sin(key), key**2])
     names = {"wear": "mm", "feed": "mm/s", "speed": "mm/s"}
     return LocusTable(key, columns, np.column_stack([np.cos(key), 2.0 * key]), names)
+
+
+def walk() -> Any:
+    return locus.LocusController(locus.plan(locus.preset("grinding")), along="infeed_rate")
+
+
+def inversion() -> Any:
+    return locus.plan(locus.preset("grinding")).inversion()
 
 
 def _removed(s: Any, c: Any) -> Any:
@@ -99,6 +107,7 @@ def three() -> Any:
 
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
+    "walk": walk, "inversion": inversion,
     "hone": hone, "two": two, "three": three,
 }  # fmt: skip
 """Name of each thing to how it is made."""

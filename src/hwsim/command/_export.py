@@ -23,6 +23,9 @@ def add_export(subparsers: Any) -> None:
         help="digits of the tables of a policy; what they lose stands in the manifest (double)",
     )
     parser.add_argument(
+        "--math", default="libm", metavar="FOLDER", help="C sources of a libm that go into the export (libm)"
+    )
+    parser.add_argument(
         "--lost-max", type=float, metavar="$", help="value that smaller tables of a policy may lose at most"
     )
     parser.add_argument(
@@ -49,6 +52,7 @@ def work(arguments: argparse.Namespace) -> int:
         arguments.folder,
         arguments.target,
         precision=arguments.precision,
+        math=arguments.math,
         lost_max=arguments.lost_max,
         outputs=outputs if outputs is None else [one.strip() for one in outputs.split(",")],
         name=arguments.name,

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from sdpgrind import __version__
@@ -11,11 +12,14 @@ from sdpgrind.codegen._files.folder import check_free, put_back, write_folder
 from sdpgrind.codegen._files.header import header
 from sdpgrind.codegen._files.manifest import manifest, promise, text_of
 from sdpgrind.codegen._files.selftest import selftest
-from sdpgrind.codegen._files.shell import CSource, source_of
-from sdpgrind.codegen._files.vectors import Vectors, vectors_of
+from sdpgrind.codegen._files.shell import source_of
+from sdpgrind.codegen._files.vectors import vectors_of
 from sdpgrind.codegen._fmi import archive
 from sdpgrind.codegen._fmi.unit import unit_files
+from sdpgrind.codegen._math.sources import math_folder, math_sources
+from sdpgrind.codegen._math.units import math_notes, outside, units_of
 from sdpgrind.codegen._names import c_name
+from sdpgrind.codegen._proof.reference import built_here, distance
 from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._tables import TablesAsked
 
@@ -28,6 +32,7 @@ def export(
     target: str = "c99",
     *,
     precision: str = "double",
+    math: str | os.PathLike[str] = "libm",
     lost_max: float | None = None,
     outputs: Sequence[str] | None = None,
     name: str | None = None,
@@ -44,10 +49,10 @@ def export(
     ----------
     thing : plan, controller or Recipe
         What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.Locus` (its table by the
-        hidden state) and ``locus.table()``, `plunge.CycleController`, `plunge.StagedController`,
-        `finishing.TorqueController`, `weldbead.force.ForceController` (along its plan; without one its law,
-        to which force and position of the plan are handed over), `centering.GeometryEstimator`; or a
-        `Recipe` of a kernel of one's own.
+        hidden state), its ``table()`` and ``inversion()``, `locus.LocusController` (by feedback),
+        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
+        `weldbead.force.ForceController` (along its plan; without one its law, to which force and position of
+        the plan are handed over), `centering.GeometryEstimator`; or a `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
@@ -58,6 +63,12 @@ def export(
         How the tables of a policy are kept: as they are, or rounded, with cells in which the action changes
         as sorted lists. What that loses is computed, from the plan's own problem, and stands in the manifest
         ("lost": see :doc:`/on_your_controller`).
+    math : "libm" or path
+        Elementary functions (exp, log, pow ...): those of the C library, or a folder with the C sources of a
+        libm and their licence, from which what is reached goes into ``math`` beside the export: the bits are
+        then the same on every target, and those of the library only nearly (see
+        :doc:`/on_your_controller`). A C compiler must be there. Nothing is taken where no such function is
+        called.
     lost_max : float, optional
         Largest value lost at any node of any stage, $ or what the plan charges in. The smallest form that
         keeps it is written; with a `precision` other than "double" that one, if it keeps it.
@@ -83,7 +94,10 @@ def export(
         instead), a name is no identifier of C or is taken by its headers, or the folder or FMU was not
         exported, or holds something else; when the value lost ($) is above `lost_max` in every form, or
         cannot be computed, as the plan was loaded without its problem; when the thing has no tables that can
-        be rounded.
+        be rounded; when the folder `math` is none, has no licence, lacks a function, or defines one twice, or
+        no compiler is there for it.
+    RuntimeError
+        When a compiler refuses the sources in `math`.
     FileExistsError
         When `path` holds another export and `overwrite` is False.
 
@@ -102,13 +116,13 @@ def export(
     """
     checks.one_of("target", target, TARGETS)
     asked = TablesAsked.of(precision, lost_max, outputs)
+    folder = None if math == "libm" else math_folder(checks.path("math", math))
     recipe, place = recipe_of(thing, asked), checks.path("path", path)
     unit = target == "fmi2"
     put_back(place)
     (archive.check_free if unit else check_free)(place, overwrite)
     prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
-    source, vectors = source_of(recipe, prefix, __version__), vectors_of(recipe)
-    files = files_of(recipe, prefix, source, vectors)
+    files = files_of(recipe, prefix, folder)
     if unit:
         archive.write_archive(place, unit_files(recipe, prefix, __version__, files), overwrite)
     else:
@@ -128,21 +142,34 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     told = getattr(type(thing), "__export__", None)
     if told is None:
         raise TypeError(
-            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, a CycleController, a"
-            " StagedController, a TorqueController, a ForceController, a GeometryEstimator or a Recipe;"
-            f" got {type(thing).__name__}"
+            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, an Inversion, a"
+            " LocusController, a CycleController, a StagedController, a TorqueController, a"
+            f" ForceController, a GeometryEstimator or a Recipe; got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe
 
 
-def files_of(recipe: Recipe, name: str, source: CSource, vectors: Vectors) -> dict[str, bytes]:
-    """Return name and content of all files."""
-    told = manifest(recipe, name, __version__, source, vectors)
+def files_of(recipe: Recipe, name: str, folder: Path | None) -> dict[str, bytes]:
+    """Return name and content of all files; `folder`: that of elementary functions, None: the C library's."""
+    source = source_of(recipe, name, __version__, outside(name) if folder else "")
     files = {
         f"{name}.h": header(recipe, name, __version__, promise(source)).encode(),
         f"{name}.c": source.text.encode(),
-        f"{name}_selftest.c": selftest(recipe, name, vectors).encode(),
+    }
+    notes: dict[str, Any] = {}
+    if folder and source.libm:
+        sources = math_sources(folder, source.libm)
+        files |= units_of(sources, name)
+        with built_here(recipe, name, files) as begin:
+            vectors = vectors_of(recipe, begin)
+            notes = {**math_notes(sources), "from_library": distance(recipe, begin)}
+    else:
+        vectors = vectors_of(recipe)
+    told = manifest(recipe, name, __version__, source, vectors, notes)
+    test = {
+        f"{name}_selftest.c": selftest(recipe, name, vectors, bool(notes)).encode(),
         "vectors.bin": vectors.table().astype("<f8").tobytes(),
     }
+    files |= test
     return {**files, "manifest.json": text_of(told, files).encode()}

@@ -62,6 +62,9 @@ class Recipe:
         Names of the results from 0 on.
     places : mapping of str to int
         Named entries of the state.
+    written_out : mapping of Kernel to str
+        Kernels that the C has written out for these constants, as a tape in straight lines: text of a
+        function of the same name and parameters, in the subset, with the same bits.
     equations : str
         Source and numbers of the equations.
     vectors : callable(rng, n), optional
@@ -73,6 +76,8 @@ class Recipe:
         What it is, for the manifest.
     answer : callable(status, outputs), optional
         Makes the command that `Exported.controller` returns of status and outputs. Default: the outputs.
+    reads : mapping of str to str, optional
+        Name of each measurement that a plant must have to its unit. Default: the inputs.
     commands : mapping of str to str, optional
         Name of each command to its unit. Default: the outputs.
     report : callable(status, inputs, outputs), optional
@@ -124,11 +129,13 @@ class Recipe:
     period: float | None = None
     status: Sequence[str] = ("go on",)
     places: Mapping[str, int] = field(default_factory=dict)
+    written_out: Mapping[Kernel, str] = field(default_factory=dict)
     equations: str = ""
     vectors: Callable[[np.random.Generator, int], Sequence[Floats]] | None = None
     spread: Sequence[float] | None = None
     kind: str = "step"
     answer: Callable[[int, dict[str, float]], dict[str, Any]] | None = None
+    reads: Mapping[str, str] | None = None
     commands: Mapping[str, str] | None = None
     report: Callable[[int, dict[str, float], dict[str, float]], dict[str, float]] | None = None
     reports: Mapping[str, str] = field(default_factory=dict)
@@ -143,6 +150,8 @@ class Recipe:
         for thing in (self.step, self.start):
             if thing is not None:
                 checks.kind("step", thing, Kernel, ", decorated by sdpgrind.base.compiling.compiled.compiled")
+        for thing in self.written_out:
+            checks.kind("written_out", thing, Kernel, " as key")
         for name in [*self.inputs, *self.outputs]:
             c_name("inputs, outputs", name)
         for what, names in (("inputs", self.inputs), ("outputs", self.outputs)):

@@ -3,7 +3,7 @@
 import json
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +27,21 @@ def _check_export(path: Path) -> None:
     listed = _listed_in(path / _MANIFEST)
     if not listed:
         raise ValueError(f"path must be the folder of an export, or be empty; got {os.fspath(path)!r}")
-    files = {one.name for one in path.iterdir() if one.is_file() and not one.is_symlink()}
-    strange = sorted({one.name for one in path.iterdir()} - (files & listed))
-    if strange:
+    if strange := sorted(_strange(path, "", listed)):
         raise ValueError(
             f"path must be a folder of nothing but an export; {os.fspath(path)!r} also holds"
             f" {', '.join(strange)}, not in its {_MANIFEST}: move it elsewhere, or choose another path"
         )
+
+
+def _strange(folder: Path, way: str, listed: set[str]) -> Iterator[str]:
+    """Give what stands in a folder and is neither a listed file nor on the way to one."""
+    for one in folder.iterdir():
+        name = f"{way}{one.name}"
+        if one.is_dir() and not one.is_symlink() and any(each.startswith(f"{name}/") for each in listed):
+            yield from _strange(one, f"{name}/", listed)
+        elif name not in listed or not one.is_file() or one.is_symlink():
+            yield name
 
 
 def _listed_in(file: Path) -> set[str]:
@@ -69,6 +77,7 @@ def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> Non
     try:
         made.mkdir()
         for name, content in files.items():
+            (made / name).parent.mkdir(exist_ok=True, parents=True)
             (made / name).write_bytes(content)
             durable(made / name)
         _swap(made, target)
@@ -101,4 +110,5 @@ def put_back(path: Path) -> None:
 
 
 def _content(path: Path) -> dict[str, bytes]:
-    return {one.name: one.read_bytes() for one in path.iterdir() if one.is_file()}
+    files = (one for one in path.rglob("*") if one.is_file())
+    return {one.relative_to(path).as_posix(): one.read_bytes() for one in files}

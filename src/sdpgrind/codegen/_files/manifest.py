@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from sdpgrind.codegen._files.shell import CSource, reset_state
+from sdpgrind.codegen._files.shell import CSource
 from sdpgrind.codegen._files.vectors import BLOCKS, STEPS, Vectors
 from sdpgrind.codegen._recipe import Recipe
 
@@ -16,12 +16,14 @@ _PROMISES = {
     "none": "same bits on every IEEE 754 target: no libm function is used",
     "libm": "same bits where the C library computes {functions} as that of this computer;"
     " the self-test tells",
+    "folder": "same bits on every IEEE 754 target: {functions} from the sources in math/;"
+    " last digits of the library's own differ, from_library of the manifest says how much",
 }
 
 
 def math_of(source: CSource) -> str:
-    """Return what the bits depend on: "none" or "libm"."""
-    return "libm" if source.libm else "none"
+    """Return what the bits depend on: "none", "libm" or "folder"."""
+    return ("folder" if source.program.outside else "libm") if source.libm else "none"
 
 
 def promise(source: CSource) -> str:
@@ -31,8 +33,10 @@ def promise(source: CSource) -> str:
     return _PROMISES[math_of(source)].format(functions=functions)
 
 
-def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: Vectors) -> dict[str, Any]:
-    """Return the manifest without the files' digests."""
+def manifest(
+    recipe: Recipe, name: str, version: str, source: CSource, vectors: Vectors, notes: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the manifest without the files' digests; `notes`: entries beside those of the recipe."""
     functions, program = source.program.written, source.program
     bounds = [
         {"function": one.name, "file": one.source.file, **bound} for one in functions for bound in one.bounds
@@ -48,7 +52,7 @@ def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: 
         "state": {
             "size": recipe.state.size,
             "places": dict(recipe.places),
-            "reset": _plain(reset_state(recipe)),
+            "reset": _plain(vectors.fresh),
         },
         "period": recipe.period,
         "status": list(recipe.status),
@@ -62,6 +66,7 @@ def manifest(recipe: Recipe, name: str, version: str, source: CSource, vectors: 
         "stack": source.step.stack + 8 * (recipe.state.size + len(recipe.outputs)) + _OWN,
         "selftest": {"vectors": len(vectors.rows), "blocks": BLOCKS, "steps": STEPS},
         **recipe.notes,
+        **notes,
     }
 
 

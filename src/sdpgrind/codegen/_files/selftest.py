@@ -1,15 +1,16 @@
 """Self-test of an export: a program in C that compares with what the library answered."""
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen._files.shell import GUARDS
 from sdpgrind.codegen._files.vectors import BLOCKS, SEED, STEPS, Vectors, spread_of
 from sdpgrind.codegen._recipe import Recipe
+from sdpgrind.codegen._translate.runtime import GUARDS
 
+THIS_C = "this C where it was exported"
 _TEXT = """\
 /*
- * {name}_selftest.c: {rows} vectors and {blocks} digests of {steps} steps, against the library.
- * cc -std=c99 -O2 -ffp-contract=off {name}.c {name}_selftest.c -lm -o t && ./t
- * Returns 0 where every bit of outputs, status and state is that of the library, else 1.
+ * {name}_selftest.c: {rows} vectors and {blocks} digests of {steps} steps, against {reference}.
+ * cc -std=c99 -O2 -ffp-contract=off {name}.c {units}{name}_selftest.c -lm -o t && ./t
+ * Returns 0 where every bit of outputs, status and state is that of {reference}, else 1.
  */
 #include "{name}.h"
 
@@ -224,10 +225,11 @@ int main(void)
 """
 
 
-def selftest(recipe: Recipe, name: str, vectors: Vectors) -> str:
-    """Return the text of the self-test."""
+def selftest(recipe: Recipe, name: str, vectors: Vectors, folder: bool = False) -> str:
+    """Return the text of the self-test; `folder`: answers are those of the C itself."""
     digests = [f"UINT64_C({one:#018x})" for one in vectors.digests]
     return _TEXT.format(
+        reference=THIS_C if folder else "the library", units=f"{name}_math_*.c " if folder else "",
         name=name, upper=name.upper(), guards=GUARDS, rows=len(vectors.rows), inputs=len(recipe.inputs),
         outputs=len(recipe.outputs), blocks=BLOCKS, steps=STEPS, seed=SEED, digest=f"{vectors.digest:#018x}",
         vectors=_vectors(vectors), digests=_columns(digests, 4), spread=_listed(spread_of(recipe)),

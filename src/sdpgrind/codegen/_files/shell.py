@@ -13,28 +13,9 @@ from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._translate.body import text_of
 from sdpgrind.codegen._translate.calls import LIBM
 from sdpgrind.codegen._translate.program import CProgram, Function
+from sdpgrind.codegen._translate.runtime import GUARDS
 from sdpgrind.codegen._translate.types import FLOAT64, Array, Scalar
 from sdpgrind.codegen._translate.values import GUARD, Value, double
-
-GUARDS = """\
-#if defined(__FAST_MATH__)
-#error "compile without -ffast-math: it changes results"
-#endif
-#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0
-#error "compile without -ffinite-math-only: NaN and infinity must be told from numbers"
-#endif
-#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)
-#error "doubles are computed with more digits here (x87): use SSE2 (-mfpmath=sse -msse2)"
-#endif
-#if DBL_MANT_DIG != 53
-#error "double must be that of IEEE 754 with 64 bits"
-#endif
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC optimize ("fp-contract=off")
-#else
-#pragma STDC FP_CONTRACT OFF
-#endif"""
-"""Contraction into fused multiply-add, and more digits than a double has, change bits."""
 
 _TOP = """\
 /*
@@ -86,9 +67,9 @@ class CSource:
         return {"fmod"} if "mod" in self.program.helpers else set()
 
 
-def source_of(recipe: Recipe, name: str, version: str) -> CSource:
-    """Translate a recipe under a name."""
-    program = CProgram(name)
+def source_of(recipe: Recipe, name: str, version: str, outside: str = "") -> CSource:
+    """Translate a recipe under a name; `outside`: prefix of elementary functions that are not math.h's."""
+    program = CProgram(name, outside=outside, written_out=recipe.written_out)
     constants = constants_of(recipe, program)
     step, lines = _step(recipe, name, program, constants)
     reset = _reset(recipe, name, program, constants)

@@ -1,7 +1,8 @@
 """Vectors of the self-test: rows of inputs with what the library answers, and digests of a long run."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -24,6 +25,16 @@ class Answers:
     states: Floats
     outputs: Floats
     codes: Any
+
+
+class ReferenceSteps(Protocol):
+    """Steps whose bits are the right ones: those of the library, or of C with functions of its own."""
+
+    fresh: Floats
+    """State after a reset."""
+
+    def take(self, rows: Floats, resets: Bools) -> Answers:
+        """Return what follows on rows, the state going on from the rows before."""
 
 
 @dataclass
@@ -117,13 +128,14 @@ def bounds_of(recipe: Recipe, chain: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Vectors:
-    """Rows with the library's answers, the digest of these, and those of the long run."""
+    """Rows with the right answers, their digest, digests of the long run, and the state after a reset."""
 
     rows: Floats
     resets: Bools
     answers: Answers
     digest: int
     digests: tuple[int, ...]
+    fresh: Floats
 
     def table(self) -> Floats:
         """Return the rows of ``vectors.bin``: inputs, outputs, status; a row of NaN: reset."""
@@ -131,14 +143,15 @@ class Vectors:
         return np.insert(found, np.flatnonzero(self.resets), np.nan, axis=0)
 
 
-def vectors_of(recipe: Recipe) -> Vectors:
-    """Return the vectors of a recipe, the same at every export."""
+def vectors_of(recipe: Recipe, reference: Callable[[], ReferenceSteps] | None = None) -> Vectors:
+    """Return the vectors of a recipe, the same at every export; `reference` begins anew (the library)."""
+    begin = reference or (lambda: LibrarySteps(recipe))
     rows, resets = rows_of(recipe, np.random.default_rng(0), ROWS)
-    answers = LibrarySteps(recipe).take(rows, resets)
-    digest = _digest(answers)
-    varied, reference = Varied(recipe, rows, resets), LibrarySteps(recipe)
-    digests = tuple(_digest(reference.take(*varied.take(STEPS))) for _ in range(BLOCKS))
-    return Vectors(rows, resets, answers, digest, digests)
+    first = begin()
+    answers = first.take(rows, resets)
+    varied, steps = Varied(recipe, rows, resets), begin()
+    digests = tuple(_digest(steps.take(*varied.take(STEPS))) for _ in range(BLOCKS))
+    return Vectors(rows, resets, answers, _digest(answers), digests, first.fresh)
 
 
 def _digest(answers: Answers) -> int:

@@ -82,6 +82,8 @@ def export_folder(path: Path) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as kept:
         with zipfile.ZipFile(path) as archive:
             for name in archive.namelist():
-                if name.startswith(("sources/", "resources/")):
-                    (Path(kept) / Path(name).name).write_bytes(archive.read(name))
+                if name.startswith(("sources/", "resources/")) and ".." not in Path(name).parts:
+                    file = Path(kept, name.partition("/")[2])
+                    file.parent.mkdir(exist_ok=True, parents=True)
+                    file.write_bytes(archive.read(name))
         yield Path(kept)

@@ -3,7 +3,7 @@
 import platform
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from sdpgrind.codegen._proof import compilers
@@ -12,6 +12,11 @@ COMPILER = "gcc"
 FOLDER = "binaries/linux64"
 _FLAGS = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s", "-Wl,--build-id=none")
 """Only functions of the standard are seen from outside: two FMUs in a process have equal names inside."""
+
+
+def units_of(sources: Iterable[str]) -> list[str]:
+    """Return the files that are compiled by themselves: foreign ones, in folders, are included by these."""
+    return sorted(one for one in sources if one.endswith(".c") and "/" not in one)
 
 
 def binary_of(name: str, sources: Mapping[str, bytes]) -> tuple[bytes | None, str]:
@@ -23,7 +28,8 @@ def binary_of(name: str, sources: Mapping[str, bytes]) -> tuple[bytes | None, st
     with tempfile.TemporaryDirectory() as kept:
         folder = Path(kept)
         for file, content in sources.items():
+            (folder / file).parent.mkdir(exist_ok=True, parents=True)
             (folder / file).write_bytes(content)
-        units = [folder / file for file in sorted(sources) if file.endswith(".c")]
+        units = [folder / file for file in units_of(sources)]
         compilers.compiled(COMPILER, units, folder / f"{name}.so", *_FLAGS)
         return (folder / f"{name}.so").read_bytes(), ""

@@ -8,12 +8,12 @@ from typing import Protocol
 import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.codegen._files.shell import reset_state
 from sdpgrind.codegen._files.vectors import Answers
 from sdpgrind.codegen._proof import compilers
 from sdpgrind.codegen._proof.foreign import other_functions
 from sdpgrind.codegen._proof.library import Library
 from sdpgrind.codegen._proof.program import ProgramRun
+from sdpgrind.codegen._proof.reference import COMPILERS
 from sdpgrind.codegen._proof.stack import stack_of
 from sdpgrind.codegen._recipe import Recipe
 
@@ -24,7 +24,6 @@ _ABROAD = {
     "aarch64": ("aarch64-linux-gnu-gcc", "qemu-aarch64"),
     "armhf": ("arm-linux-gnueabihf-gcc", "qemu-arm"),
 }
-_ANY = ("gcc", "clang", "cc")  # chosen: any compiler of this computer tells the bits of its C library
 
 
 class Runner(Protocol):
@@ -45,10 +44,14 @@ class Builds:
         Where they are built.
     libm : sequence of str
         Functions of the C library that are used.
+    fresh : array
+        State after a reset.
     """
 
-    def __init__(self, recipe: Recipe, source: Path, folder: Path, name: str, libm: Sequence[str]) -> None:
-        self.libm = libm
+    def __init__(
+        self, recipe: Recipe, source: Path, folder: Path, name: str, libm: Sequence[str], fresh: Floats
+    ) -> None:
+        self.libm, self._fresh = libm, fresh
         self._recipe, self._source, self._folder, self._name = recipe, source, folder, name
         self._sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
         self.builds: dict[str, Runner] = {}
@@ -83,9 +86,8 @@ class Builds:
         self.builds[build], self.most[build] = runner, most
 
     def _program(self, build: str, emulator: str, compiler: str, *flags: str) -> None:
-        state = reset_state(self._recipe)
         place = (self._source, self._place(), self._name, self._sizes)
-        self._add(build, ProgramRun(*place, state, emulator, compiler, flags), SLOW)
+        self._add(build, ProgramRun(*place, self._fresh, emulator, compiler, flags), SLOW)
 
     def _sanitized(self, compiler: str) -> bool:
         if not compilers.links(compiler, *_SANITIZED):
@@ -98,7 +100,7 @@ class Builds:
         compiler, emulator = _ABROAD[target]
         if missing := compilers.found((compiler, emulator))[1]:
             return missing
-        here = there or compilers.found(_ANY)[0]  # not compared itself, where it was not asked for
+        here = there or compilers.found(COMPILERS)[0]  # not compared itself, where it was not asked for
         if self.libm and not here:
             return [f"{target}: no compiler here to compare its C library with"]
         place = self._place()

@@ -1,8 +1,9 @@
-"""Check of an export: compiled by each compiler at each level, against the library, on many steps."""
+"""Check of an export: compiled by each compiler at each level, against its reference, on many steps."""
 
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ import numpy as np
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._files import vector_kernels
-from sdpgrind.codegen._files.vectors import ROWS, Answers, LibrarySteps, Varied, rows_of
+from sdpgrind.codegen._files.vectors import ROWS, Answers, LibrarySteps, ReferenceSteps, Varied, rows_of
 from sdpgrind.codegen._proof import compilers
 from sdpgrind.codegen._proof.builds import Builds
+from sdpgrind.codegen._proof.reference import COMPILERS, library_of
 from sdpgrind.codegen._recipe import Recipe
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3")
@@ -33,7 +35,7 @@ class Difference:
     inputs, outputs, state : tuple of float
         Of the C.
     wanted, wanted_state : tuple of float
-        Outputs and state of the library.
+        Outputs and state of the reference.
     """
 
     build: str
@@ -66,6 +68,9 @@ class ExportCheck:
         Steps of each build; fewer under sanitizers and emulators, which are slow.
     stack : dict of str to int
         Bytes of stack of a step by gcc's own count, by level; the manifest's estimate is to be above.
+    reference : str
+        What builds are compared with: "library", or the compiler and level of the C itself where it has
+        elementary functions of its own, which the library has not.
     """
 
     status: str
@@ -75,6 +80,7 @@ class ExportCheck:
     first: Difference | None = None
     steps: dict[str, int] = field(default_factory=dict)
     stack: dict[str, int] = field(default_factory=dict)
+    reference: str = "library"
 
     @property
     def differing(self) -> int:
@@ -96,27 +102,47 @@ def checked(
     targets: Sequence[str],
     rng: Seed,
 ) -> ExportCheck:
-    """Compare all builds with the library on varied inputs of the recipe."""
+    """Compare all builds with the reference on varied inputs of the recipe."""
     with tempfile.TemporaryDirectory() as kept:
-        made = Builds(recipe, folder, Path(kept), str(manifest["name"]), manifest["libm"])
         there, missing = compilers.found(names)
-        for compiler in there:
-            for level in levels:
+        name, given = _reference(recipe, folder, Path(kept), manifest, there)
+        if given is None:
+            return ExportCheck("not run", 0, missing=tuple(missing), reference=name)
+        own = manifest["math"] == "folder"
+        made = Builds(
+            recipe, folder, Path(kept), str(manifest["name"]), () if own else manifest["libm"], given.fresh
+        )
+        for compiler, level in product(there, levels):
+            if f"{compiler} {level}" != name:
                 made.add_library(compiler, level)
         missing += made.add_targets(there, targets)
-        counts, first = _compared(recipe, made, states, rng)
+        counts, first = _compared(recipe, made, given, states, rng)
         stack = made.stack(levels) if "gcc" in there else {}
     status = "not run" if not counts else "differs" if sum(counts.values()) else "equal"
     steps = {build: int(min(states, most)) for build, most in made.most.items()}
-    return ExportCheck(status, states if counts else 0, counts, tuple(missing), first, steps, stack)
+    return ExportCheck(
+        status, states if counts else 0, counts, tuple(missing), first, steps, stack, reference=name
+    )
+
+
+def _reference(
+    recipe: Recipe, folder: Path, place: Path, manifest: Mapping[str, Any], there: Sequence[str]
+) -> tuple[str, ReferenceSteps | None]:
+    """Return what builds are compared with; None: there is no compiler for it."""
+    if manifest["math"] != "folder":
+        return "library", LibrarySteps(recipe)
+    here = there or compilers.found(COMPILERS)[0]
+    if not here:
+        return "C built here", None
+    return f"{here[0]} -O0", library_of(recipe, folder, place, str(manifest["name"]), here[0])
 
 
 def _compared(
-    recipe: Recipe, made: Builds, states: int, rng: Seed
+    recipe: Recipe, made: Builds, reference: ReferenceSteps, states: int, rng: Seed
 ) -> tuple[dict[str, int], Difference | None]:
     """Return the number of steps that differ, by build, and the first of them."""
     counts, first = dict.fromkeys(made.builds, 0), None
-    for begin, rows, wanted in _expected(recipe, states if made.builds else 0, rng):
+    for begin, rows, wanted in _expected(recipe, reference, states if made.builds else 0, rng):
         for build, runner in made.builds.items():
             if begin >= made.most[build]:
                 continue
@@ -128,12 +154,14 @@ def _compared(
     return counts, first
 
 
-def _expected(recipe: Recipe, states: int, rng: Seed) -> Iterator[tuple[int, tuple[Floats, Bools], Answers]]:
-    """Give inputs in pieces with the library's answers."""
+def _expected(
+    recipe: Recipe, reference: ReferenceSteps, states: int, rng: Seed
+) -> Iterator[tuple[int, tuple[Floats, Bools], Answers]]:
+    """Give inputs in pieces with the answers of the reference."""
     if not states:
         return
     rows, resets = rows_of(recipe, np.random.default_rng(rng), 4 * ROWS)
-    varied, reference = Varied(recipe, rows, resets), LibrarySteps(recipe)
+    varied = Varied(recipe, rows, resets)
     for begin in range(0, states, _CHUNK):
         given = varied.take(min(_CHUNK, states - begin))
         yield begin, given, reference.take(*given)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from sdpgrind.base import checks
 
+_TOLD = 20  # chosen: lines of a compiler's words; the first ones name what is wrong
 STRICT = ("-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-pedantic", "-Werror")
 
 
@@ -22,7 +23,8 @@ def compiled(compiler: str, sources: Sequence[Path], out: Path, *flags: str) -> 
     command = [compiler, "-std=c99", "-ffp-contract=off", *flags, *map(str, sources), "-lm", "-o", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise RuntimeError(f"{compiler} refused the export: {done.stderr.strip()}")
+        told = "\n".join(done.stderr.strip().splitlines()[:_TOLD])
+        raise RuntimeError(f"{compiler} refused the export: {told}")
 
 
 def links(compiler: str, *flags: str) -> bool:

@@ -59,8 +59,9 @@ class CompiledController:
 
     @property
     def reads(self) -> Mapping[str, str]:
-        """Name of each input to its unit."""
-        return self._recipe.inputs
+        """Name of each measurement that a plant must have to its unit."""
+        recipe = self._recipe
+        return recipe.inputs if recipe.reads is None else recipe.reads
 
     @property
     def commands(self) -> Mapping[str, str]:

@@ -5,6 +5,7 @@ import hashlib
 import inspect
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -13,7 +14,7 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._translate.body import CLine, merged, without_unused
 from sdpgrind.codegen._translate.refusals import KernelSource, check_options
-from sdpgrind.codegen._translate.runtime import AT_MACRO, helper_text, helpers_in_order
+from sdpgrind.codegen._translate.runtime import AT_MACRO, guarded, helper_text, helpers_in_order, prototypes
 from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.types import (
     BOOL,
@@ -79,7 +80,8 @@ class Function:
             "file": self.source.file,
             "line": self.source.first,
         }
-        return {"name": self.name, **where, "sha256": digest}
+        told = {"written_out": True} if self.source.written_out else {}
+        return {"name": self.name, **where, **told, "sha256": digest}
 
 
 @dataclass
@@ -94,6 +96,10 @@ class CProgram:
     comments: dict[str, str] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)
     checked: bool = False
+    outside: str = ""
+    """Prefix of elementary functions that are not those of math.h."""
+    written_out: Mapping[Kernel, str] = field(default_factory=dict)
+    """Text that is translated in place of a kernel."""
     _underway: list[Any] = field(default_factory=list)
     _arrays: dict[Any, Value] = field(default_factory=dict)
     _sources: dict[Kernel, KernelSource] = field(default_factory=dict)
@@ -223,7 +229,7 @@ class CProgram:
 
     def _source(self, kernel: Kernel) -> KernelSource:
         if kernel not in self._sources:
-            self._sources[kernel] = KernelSource(kernel)
+            self._sources[kernel] = KernelSource(kernel, self.written_out.get(kernel, ""))
         return self._sources[kernel]
 
     def _translated(self, kernel: Kernel, kinds: tuple[Type, ...], numbers: Numbers, at: Any) -> Function:
@@ -294,7 +300,9 @@ class CProgram:
         parts = [self._structure(kind, name) for kind, name in self.structures.items()]
         parts += list(self.tables.values())
         parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
-        parts += [helper_text(name, prefix) for name in helpers_in_order(self.helpers)]
+        if self.outside and (names := guarded(self.helpers)):
+            parts.append(prototypes(names, self.outside))
+        parts += [helper_text(name, prefix, self.outside) for name in helpers_in_order(self.helpers)]
         functions = [one for one in self.written if one.view is None]
         parts.append("\n".join(f"{one.signature};" for one in functions))
         return "\n\n".join([*parts, *(one.text for one in functions)])

@@ -45,12 +45,16 @@ WORDS: dict[type, tuple[str, str]] = {
 
 
 class KernelSource:
-    """Text of a kernel: its tree, its file and its lines."""
+    """Text of a kernel: its tree, its file and its lines.
 
-    def __init__(self, kernel: Any) -> None:
+    `text`: what stands in its place, written out for the constants of one recipe.
+    """
+
+    def __init__(self, kernel: Any, text: str = "") -> None:
         function = kernel.py_func
         lines, self.first = inspect.getsourcelines(function)
-        self.lines = lines
+        self.lines = lines = text.splitlines(keepends=True) or lines
+        self.written_out = bool(text)
         indent = len(lines[0]) - len(lines[0].lstrip())
         self.text = "".join(line[indent:] if line.strip() else line for line in lines)
         self.tree: ast.FunctionDef = next(

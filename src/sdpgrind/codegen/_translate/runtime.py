@@ -3,6 +3,28 @@
 `@` stands for the prefix of the export.
 """
 
+from collections.abc import Iterable
+
+GUARDS = """\
+#if defined(__FAST_MATH__)
+#error "compile without -ffast-math: it changes results"
+#endif
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0
+#error "compile without -ffinite-math-only: NaN and infinity must be told from numbers"
+#endif
+#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)
+#error "doubles are computed with more digits here (x87): use SSE2 (-mfpmath=sse -msse2)"
+#endif
+#if DBL_MANT_DIG != 53
+#error "double must be that of IEEE 754 with 64 bits"
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize ("fp-contract=off")
+#else
+#pragma STDC FP_CONTRACT OFF
+#endif"""
+"""Contraction into fused multiply-add, and more digits than a double has, change bits."""
+
 _GUARD = """\
 static double @{name}({parameters})
 {{
@@ -111,19 +133,34 @@ _NEEDS = {"mod": ("fmod",)}
 _ORDER = ("fmod", *_OWN)
 
 
-def helper_text(name: str, prefix: str) -> str:
-    """Return the definition of a helper."""
+def helper_text(name: str, prefix: str, outside: str = "") -> str:
+    """Return the definition of a helper; `outside`: prefix of the function that a guard calls."""
     text = _OWN.get(name)
     if text is None:
-        letters = "xy" if name in _TWO else "x"
+        letters = _letters(name)
         text = _GUARD.format(
             name=name,
-            function=name,
+            function=f"{outside}{name}",
             parameters=", ".join(f"double {one}" for one in letters),
             declared="\n    ".join(f"volatile double v{one} = {one};" for one in letters),
             arguments=", ".join(f"v{one}" for one in letters),
         )
     return text.replace("@", prefix)
+
+
+def _letters(name: str) -> str:
+    return "xy" if name in _TWO else "x"
+
+
+def prototypes(names: Iterable[str], outside: str) -> str:
+    """Return the declarations of elementary functions under a prefix."""
+    given = {one: ", ".join(f"double {letter}" for letter in _letters(one)) for one in names}
+    return "\n".join(f"double {outside}{one}({parameters});" for one, parameters in given.items())
+
+
+def guarded(names: Iterable[str]) -> list[str]:
+    """Return those helpers that guard a call of an elementary function, with those that others call."""
+    return [one for one in helpers_in_order(set(names)) if one not in _OWN]
 
 
 def helpers_in_order(names: set[str]) -> list[str]:

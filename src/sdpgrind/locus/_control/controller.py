@@ -1,10 +1,10 @@
 """The controller that moves along the locus by one measured response, of Koren (1989)."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY
+from dataclasses import KW_ONLY, replace
 from functools import cached_property
 from math import exp
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from sdpgrind.locus._path.stretch import Stretch
 from sdpgrind.locus.gains._analysis import GainDesign
 from sdpgrind.locus.gains._design import declared_range, design_gain, stretch_of
 from sdpgrind.locus.gains._gain_schedule import GainSchedule
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 METHODS, PLACES = ("feedback", "inversion"), ("command", "actual")
 
@@ -214,6 +217,12 @@ class LocusController(Walking, Described):
         raise ValueError(
             f"start must name {stretch.along} or {stretch.hidden_name}; got {', '.join(map(str, start))}"
         )
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it, in the user's units."""
+        from sdpgrind.locus._control.recipe import recipe_of
+
+        return replace(recipe_of(self), job=self.job)
 
     def simulate(self, hidden: Any, *, noise: Any = 0.0) -> LoopRecord:
         """Return many simultaneous runs on the model, without lag or waiting; bit-equal to `step`.

@@ -48,6 +48,10 @@ class Walking(Stateful):
     @cached_property
     def state(self) -> Floats:
         """State of the compiled kernels, in the user's units."""
+        return self.fresh_state()
+
+    def fresh_state(self) -> Floats:
+        """Return the state at the start, in the user's units."""
         state = np.zeros(core.STATES)
         core.begin(state, self.start_place, 0.0 if self.lag else self.start_place)
         return state

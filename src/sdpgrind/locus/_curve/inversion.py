@@ -1,7 +1,8 @@
 """The optimum for a measured response: inversion for the hidden state, then a table by the state."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from sdpgrind.locus._curve.inversion_kernels import retrieve
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.locus._trace.table_kernels import INSIDE, NO_KEY
 
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Inversion:
@@ -19,6 +23,7 @@ class Inversion:
 
     `tape`: controls and state to `count` responses, then their slopes by the state; the `index`-th is
     measured and `rising` with the state or falling. For compiled code: ``retrieve(packed, ...)``.
+    `units`: the name of the response and its unit; for exports.
 
     Examples
     --------
@@ -39,6 +44,7 @@ class Inversion:
     rising: bool = True
     count: int = 1
     index: int = 0
+    units: Mapping[str, str] = field(default_factory=dict)
     packed: Floats = field(init=False, repr=False)
     places: int = field(init=False, repr=False)
 
@@ -56,6 +62,12 @@ class Inversion:
 
     def __repr__(self) -> str:
         return f"Inversion(state in [{self.low:.6g}, {self.high:.6g}], {self.table!r})"
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it, in the user's units."""
+        from sdpgrind.locus._curve.recipe import recipe_of
+
+        return recipe_of(self.packed, self.table, self.units)
 
     def at(self, measured: float, *controls: float, out: Floats | None = None) -> tuple[Floats, bool]:
         """Return state and table columns (1 + n,), in `out` if given, and whether the state is clamped.

@@ -1,7 +1,10 @@
 """Compiled inversion of a response for the hidden state; see `inversion`."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run, work_size
 from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
@@ -86,3 +89,56 @@ def retrieve(packed, controls, measured, out):
     out[0] = inputs[n]
     outside = look_up(packed[end:], inputs[n], out[1:])
     return flag if flag != INSIDE else outside
+
+
+class Search(NamedTuple):
+    """What an exported inversion knows, in the user's units."""
+
+    tape: Floats  # controls and state to responses, then their slopes by the state
+    table: Floats  # packed: columns by the state
+    response: int  # places in the output of the tape
+    slope: int
+    low: float  # range of the state
+    high: float
+    direction: float  # sign of the slope
+    guess: float
+
+
+@compiled(error_model="numpy")
+def _searched(search, room, count, inputs, measured, out):
+    """Retrieve for the controls in `inputs`; `room`, `count`: numbers and results of the tape."""
+    work, found, n = np.empty(room), np.empty(count), inputs.size - 1
+    inputs[n] = search.guess
+    places = (n, search.response, search.slope)
+    flag = find_state(
+        search.tape, inputs, places, search.low, search.high, search.direction, measured, work, found
+    )
+    if flag == NO_KEY:
+        return -1
+    out[0] = inputs[n]
+    outside = look_up(search.table, inputs[n], out[1:])
+    return flag if flag != INSIDE else outside
+
+
+@compiled(error_model="numpy")
+def exported_of_one(state, search, room, count, measured, first, out):
+    """Fill `out` with hidden state and table columns, of one control; return inside, below, above; or -1."""
+    inputs = np.empty(2)
+    inputs[0] = first
+    return _searched(search, room, count, inputs, measured, out)
+
+
+@compiled(error_model="numpy")
+def exported_of_two(state, search, room, count, measured, first, second, out):
+    """Fill `out` as `exported_of_one`, of two controls."""
+    inputs = np.empty(3)
+    inputs[0], inputs[1] = first, second
+    return _searched(search, room, count, inputs, measured, out)
+
+
+@compiled(error_model="numpy")
+def exported_of_three(state, search, room, count, measured, first, second, third, out):
+    """Fill `out` as `exported_of_one`, of three controls."""
+    inputs = np.empty(4)
+    inputs[0], inputs[1], inputs[2] = first, second, third
+    return _searched(search, room, count, inputs, measured, out)

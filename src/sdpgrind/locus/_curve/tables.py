@@ -49,8 +49,9 @@ def inversion(curve: Curve, response: str | None, points: int) -> Inversion:
         )
     low, high = curve.problem.hidden[curve.hidden_name]
     rising = bool(np.any(slopes > 0))
+    found, units = table(curve, None, points), {name: curve.problem.unit(name)}
     return Inversion(
-        curve.system.response_tape, table(curve, None, points), low, high, rising=rising, count=m, index=j
+        curve.system.response_tape, found, low, high, rising=rising, count=m, index=j, units=units
     )
 
 

@@ -129,3 +129,17 @@ def walk_step(state, law, walk, reading, measured, row):
         told = move(state, law, walk, reading, base, limit)
     row_at(walk, state[PLACE], row)
     return told
+
+
+@compiled(error_model="numpy")
+def exported_step(state, law, walk, reading, measured, out):
+    """Take a sample; `out`: controls, coordinate, hidden state, slack of the last reading, saturation."""
+    row = np.empty(out.size - 1)  # with the limit and the loop slope
+    told = walk_step(state, law, walk, reading, measured, row)
+    count = out.size - 4
+    for k in range(count):
+        out[k] = row[k]
+    out[count], out[count + 1] = state[PLACE], row[count]
+    out[count + 2] = state[LAST] + walk.margin if state[UPDATES] != 0.0 else np.nan
+    out[count + 3] = 1.0 if saturated(state, law) else 0.0
+    return told

@@ -1,0 +1,122 @@
+"""What is exported of an inversion: its search and look-up, and readings for the self-test."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.codegen import Recipe
+from sdpgrind.locus._curve import inversion_kernels as kernels
+from sdpgrind.locus._problem import tape_kernels
+from sdpgrind.locus._problem.tape_lines import straight_lines
+from sdpgrind.locus._trace.table import LocusTable
+
+_STEPS = {1: kernels.exported_of_one, 2: kernels.exported_of_two, 3: kernels.exported_of_three}
+_BEYOND = 0.15  # chosen: share of the ranges by which controls and states of the self-test lie outside
+_NEAR = 0.02  # chosen: share of the responses by which the self-test varies them
+_TABLES = {
+    "search_tape": "responses and their slopes by controls and hidden state; the C has it written out",
+    "search_table": "by the hidden state, packed as a locus table: the columns",
+}
+
+
+def recipe_of(packed: Floats, table: LocusTable, units: Mapping[str, str]) -> Recipe:
+    """Return what is exported of an inversion; names and units of response and controls where known."""
+    search, n = _search(packed, table), int(packed.view(np.int64)[kernels.CONTROLS])
+    if n not in _STEPS:
+        raise TypeError(f"an Inversion of {n} controls is not exported; of 1 to 3 it is")
+    named = dict(table.units) or {"state": "", **{f"column_{k}": "" for k in range(table.width)}}
+    state, *columns = named
+    controls = columns if table.units and len(columns) == n else [f"control_{k}" for k in range(n)]
+    response = dict(units) or {"measured": ""}
+    inputs = response | {name: named.get(name, "") for name in controls}
+    apart = {f"{name}_at" if name in inputs else name: named[name] for name in columns}
+    sizes = tape_kernels.work_size(search.tape), tape_kernels.output_size(search.tape)
+    readings = _Searched(search, sizes, table, n)
+    return Recipe(
+        "inversion",
+        _STEPS[n],
+        inputs,
+        {state: named[state], **apart},
+        law=(search, *map(int, sizes)),
+        meanings=_meanings(inputs, state, apart),
+        tables=_TABLES,
+        status=("inside", "below the range: clamped", "above the range: clamped"),
+        written_out={tape_kernels.run: _run(search, n)},
+        equations="Newton's method within a bracket; then a look-up by the hidden state",
+        vectors=readings.chains,
+        spread=readings.spread,
+        kind="Inversion",
+    )
+
+
+def _search(packed: Floats, table: LocusTable) -> kernels.Search:
+    whole = packed.view(np.int64)
+    return kernels.Search(
+        tape=packed[kernels.HEAD : kernels.HEAD + whole[kernels.TAPE]].copy(),
+        table=table.packed,
+        response=int(whole[kernels.RESPONSE]),
+        slope=int(whole[kernels.SLOPE]),
+        low=float(packed[kernels.LOW]),
+        high=float(packed[kernels.HIGH]),
+        direction=float(packed[kernels.DIRECTION]),
+        guess=float(packed[kernels.GUESS]),
+    )
+
+
+def _meanings(inputs: Mapping[str, str], state: str, columns: Mapping[str, str]) -> dict[str, str]:
+    response, *controls = inputs
+    return {
+        response: "response as measured; refused (-1) where the model has none at the controls",
+        **{name: f"{name.replace('_', ' ')} at which it was measured" for name in controls},
+        state: "hidden state that explains it, clamped to its range",
+        **{name: f"{name.removesuffix('_at').replace('_', ' ')} at this state" for name in columns},
+    }
+
+
+def _run(search: kernels.Search, count: int) -> str:
+    """Return the text of the kernel that runs the tape, for response and slope."""
+    places = [search.response, search.slope]
+    names = [f"x{k}" for k in range(count + 1)]
+    lines, found = straight_lines(search.tape, names, places)
+    read = [f"x{k} = inputs[{k}]" for k in range(count + 1)]
+    told = '"""Return response and slope at controls and hidden state."""'
+    filled = [f"out[{place}] = {name}" for place, name in zip(places, found, strict=True)]
+    return "\n    ".join(["def run(tape, inputs, work, out):", told, *read, *lines, *filled, ""])
+
+
+@dataclass(frozen=True)
+class _Searched:
+    """Responses of the model, and others, at controls about those of the table."""
+
+    search: kernels.Search
+    sizes: tuple[int, int]
+    table: LocusTable
+    controls: int
+
+    def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
+        """Return about `count` readings, in their units."""
+        return [np.array([self._row(rng) for _ in range(count)])]
+
+    def _row(self, rng: np.random.Generator) -> list[float]:
+        low, high, controls = self.search.low, self.search.high, self._controls(rng)
+        margin = _BEYOND * (high - low)
+        state = rng.choice([rng.uniform(low - margin, high + margin), low, high])
+        found, work = np.empty(self.sizes[1]), np.empty(self.sizes[0])
+        tape_kernels.run(self.search.tape, np.array([*controls, state]), work, found)
+        response = float(found[self.search.response])
+        off = rng.choice([0.0, _NEAR, -_NEAR, 100.0, -100.0], p=[0.6, 0.1, 0.1, 0.1, 0.1])
+        return [response * (1.0 + off) if np.isfinite(response) else 1.0, *controls]
+
+    def _controls(self, rng: np.random.Generator) -> list[float]:
+        """Return controls about those of one node; about 1 where the table does not tell them."""
+        node = self.table.columns[rng.integers(len(self.table.columns))]
+        known = node if node.size == self.controls else np.ones(self.controls)
+        return list(map(float, known * rng.uniform(1.0 - _BEYOND, 1.0 + _BEYOND, self.controls)))
+
+    @property
+    def spread(self) -> tuple[float, ...]:
+        """Half-width by which the self-test varies readings, in their units."""
+        rows = np.abs(np.array([self._row(np.random.default_rng(k)) for k in range(32)]))
+        return tuple(map(float, _NEAR * np.median(rows, axis=0)))

@@ -1,0 +1,1 @@
+#error "marks of one processor alone"

@@ -1,0 +1,1 @@
+int small_never_used = "this { would not compile";

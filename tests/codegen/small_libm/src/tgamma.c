@@ -1,0 +1,4 @@
+double tgamma(double x)
+{
+    this does not compile, and is not reached
+}
