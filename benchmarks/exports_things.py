@@ -1,4 +1,4 @@
-"""Things that ``exports.py`` exports: plans, controllers, an estimator, tables of one to three axes."""
+"""Things that ``exports.py`` exports: plans, controllers, estimators, tables of one to three axes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 import centering
-from sdpgrind import finishing, plunge, sdp, units, weldbead
+from sdpgrind import finishing, identify, plunge, sdp, units, weldbead
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.weldbead import force
 
@@ -48,6 +48,27 @@ def table() -> Any:
     columns = np.column_stack([np.sin(key), key**2])
     names = {"wear": "mm", "feed": "mm/s", "speed": "mm/s"}
     return LocusTable(key, columns, np.column_stack([np.cos(key), 2.0 * key]), names)
+
+
+def rows() -> Any:
+    return identify.RecursiveLeastSquares(("start", "slope", "bend"), forgetting=0.98)
+
+
+def _prior() -> Any:
+    return identify.Estimate(("start", "slope", "bend"), [1.0, 2.0, 3.0], np.diag([0.1, 0.2, 0.3]))
+
+
+def rows_known() -> Any:
+    """The noise is known: no residuals are squared."""
+    return identify.RecursiveLeastSquares(_prior().names, forgetting=0.98, prior=_prior(), noise_sd=0.1)
+
+
+def walk() -> Any:
+    return identify.RandomWalk(_prior().names, walk_variance=1e-3, noise_variance=[0.1, 0.2, 0.3])
+
+
+def walk_of_row() -> Any:
+    return identify.RandomWalk(_prior().names, walk_variance=1e-3, noise_variance=0.2, prior=_prior())
 
 
 def _removed(s: Any, c: Any) -> Any:
@@ -99,6 +120,7 @@ def three() -> Any:
 
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
-    "hone": hone, "two": two, "three": three,
+    "hone": hone, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
+    "walk_of_row": walk_of_row,
 }  # fmt: skip
 """Name of each thing to how it is made."""

@@ -21,6 +21,9 @@ STEPS = {
     "policy, value of one state": "sdpgrind.sdp._policy.single_kernels:value_at",
     "estimator of a circle": "centering.circle._estimator.update_kernels:update_step",
     "validity of its estimate": "centering.circle._estimator.validity_kernels:judge",
+    "recursive least squares": "sdpgrind.identify._exported_kernels:exported_row",
+    "filter of random walks": "sdpgrind.identify._exported_kernels:exported_walk",
+    "filter, one combination": "sdpgrind.identify._exported_kernels:exported_walk_of_row",
     "strategy of pushes": "centering.cycle._strategy.lookup_kernels:choose",
 }
 

@@ -46,8 +46,9 @@ def export(
         What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.Locus` (its table by the
         hidden state) and ``locus.table()``, `plunge.CycleController`, `plunge.StagedController`,
         `finishing.TorqueController`, `weldbead.force.ForceController` (along its plan; without one its law,
-        to which force and position of the plan are handed over), `centering.GeometryEstimator`; or a
-        `Recipe` of a kernel of one's own.
+        to which force and position of the plan are handed over), `centering.GeometryEstimator`,
+        `identify.RecursiveLeastSquares` and `identify.RandomWalk` of at most 8 values; or a `Recipe` of a
+        kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
@@ -129,7 +130,8 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     if told is None:
         raise TypeError(
             "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, a CycleController, a"
-            " StagedController, a TorqueController, a ForceController, a GeometryEstimator or a Recipe;"
+            " StagedController, a TorqueController, a ForceController, a GeometryEstimator, a"
+            " RecursiveLeastSquares, a RandomWalk or a Recipe;"
             f" got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
