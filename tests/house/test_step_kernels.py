@@ -25,6 +25,7 @@ STEPS = {
     "filter of random walks": "sdpgrind.identify._exported_kernels:exported_walk",
     "filter, one combination": "sdpgrind.identify._exported_kernels:exported_walk_of_row",
     "strategy of pushes": "centering.cycle._strategy.lookup_kernels:choose",
+    "strategy of pushes, exported": "centering.cycle._strategy.exported_kernels:exported_push",
 }
 
 

@@ -47,8 +47,8 @@ def export(
         hidden state) and ``locus.table()``, `plunge.CycleController`, `plunge.StagedController`,
         `finishing.TorqueController`, `weldbead.force.ForceController` (along its plan; without one its law,
         to which force and position of the plan are handed over), `centering.GeometryEstimator`,
-        `identify.RecursiveLeastSquares` and `identify.RandomWalk` of at most 8 values; or a `Recipe` of a
-        kernel of one's own.
+        `identify.RecursiveLeastSquares` and `identify.RandomWalk` of at most 8 values, `centering.Strategy`
+        (its look-up of a push); or a `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
         ``manifest.json``. Its parent must exist.
@@ -131,7 +131,7 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
         raise TypeError(
             "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, a CycleController, a"
             " StagedController, a TorqueController, a ForceController, a GeometryEstimator, a"
-            " RecursiveLeastSquares, a RandomWalk or a Recipe;"
+            " RecursiveLeastSquares, a RandomWalk, a Strategy or a Recipe;"
             f" got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
