@@ -71,6 +71,10 @@ def walk_of_row() -> Any:
     return identify.RandomWalk(_prior().names, walk_variance=1e-3, noise_variance=0.2, prior=_prior())
 
 
+def push() -> Any:
+    return centering.plan(centering.preset("printed").replace(mass=0.8))
+
+
 def _removed(s: Any, c: Any) -> Any:
     return sdp.LogNormal(0.004 * c.strokes, 0.0008 * c.strokes)
 
@@ -104,6 +108,13 @@ def _moves(go: Callable[..., Any]) -> list[Any]:
     ]
 
 
+def one() -> Any:
+    """One logarithmic axis with a deadline; two modes; a listed and a continuous control."""
+    moves = _moves(lambda s, c, e: (s.x * (1.0 - 0.5 * c.by),))
+    stop = sdp.Stop("end", lambda s: s.x**2 + 0.2 * (s.mode == 0))
+    return sdp.plan(sdp.Problem(_axes(1), moves, [stop], sdp.Stages(3, 0.5, "left", "s"), modes=("a", "b")))
+
+
 def two() -> Any:
     """Two axes, one logarithmic; two modes; a listed and a continuous control."""
     moves = _moves(lambda s, c, e: (s.x * (1.0 - 0.5 * c.by), s.y + e.n))
@@ -120,7 +131,7 @@ def three() -> Any:
 
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
-    "hone": hone, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
-    "walk_of_row": walk_of_row,
+    "hone": hone, "one": one, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
+    "walk_of_row": walk_of_row, "push": push,
 }  # fmt: skip
 """Name of each thing to how it is made."""
