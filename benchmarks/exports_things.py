@@ -28,11 +28,20 @@ def torque() -> Any:
     return finishing.TorqueController(finishing.TorqueAxis(), motion(), normal_force=1.111, kind="lqg")
 
 
-def press() -> Any:
+def _pass() -> Any:
     time = np.array([0.0, 0.4, 1.0, 2.0])
     planned = {"time": time, "normal_force": [30.0, 30.0, 55.0, 20.0], "fly_height": [10.0, 9.9, 9.8, 10.0]}
-    plan = type("Plan", (), {**planned, "center_x": 30.0 * time})
-    return force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
+    return type("Plan", (), {**planned, "center_x": 30.0 * time})
+
+
+def press() -> Any:
+    return force.ForceController(_pass(), force.PI.design(crossover=units.hz(3.0)))
+
+
+def ahead() -> Any:
+    """Predictive, at its limits: a quadratic program in most samples."""
+    limits = force.Limits(command_max=-9.85, command_min=-11.0, command_rate_max=3.0)
+    return force.PredictiveController(_pass(), force.Predictive(), limits=limits)
 
 
 def bead() -> Any:
@@ -132,6 +141,6 @@ def three() -> Any:
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
     "hone": hone, "one": one, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
-    "walk_of_row": walk_of_row, "push": push,
+    "walk_of_row": walk_of_row, "push": push, "ahead": ahead,
 }  # fmt: skip
 """Name of each thing to how it is made."""

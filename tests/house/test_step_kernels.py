@@ -14,6 +14,8 @@ STEPS = {
     "plunge, start": "sdpgrind.plunge._control.control_kernels:start_control",
     "torque": "sdpgrind.finishing.torque._controller_kernels:command_step",
     "force": "sdpgrind.weldbead.force._kernels:control_step",
+    "predictive force, to its program": "sdpgrind.weldbead.force._predictive_kernels:exported_ask",
+    "predictive force, from its program": "sdpgrind.weldbead.force._predictive_kernels:exported_answer",
     "table of a locus": "sdpgrind.locus._trace.table_kernels:look_up",
     "controller on a locus": "sdpgrind.locus._path.walk_kernels:walk_step",
     "policy": "sdpgrind.sdp._policy.look_up_kernels:act",

@@ -10,6 +10,7 @@ from sdpgrind.codegen._exported import Exported
 from sdpgrind.codegen._files.folder import check_free, put_back, write_folder
 from sdpgrind.codegen._files.header import header
 from sdpgrind.codegen._files.manifest import manifest, promise, text_of
+from sdpgrind.codegen._files.program import program_files
 from sdpgrind.codegen._files.selftest import selftest
 from sdpgrind.codegen._files.shell import CSource, source_of
 from sdpgrind.codegen._files.vectors import Vectors, vectors_of
@@ -46,12 +47,13 @@ def export(
         What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.Locus` (its table by the
         hidden state) and ``locus.table()``, `plunge.CycleController`, `plunge.StagedController`,
         `finishing.TorqueController`, `weldbead.force.ForceController` (along its plan; without one its law,
-        to which force and position of the plan are handed over), `centering.GeometryEstimator`,
-        `identify.RecursiveLeastSquares` and `identify.RandomWalk` of at most 8 values, `centering.Strategy`
-        (its look-up of a push); or a `Recipe` of a kernel of one's own.
+        to which force and position of the plan are handed over), `weldbead.force.PredictiveController` along
+        its plan, `centering.GeometryEstimator`, `identify.RecursiveLeastSquares` and `identify.RandomWalk` of
+        at most 8 values, `centering.Strategy` (its look-up of a push); or a `Recipe` of a kernel of one's
+        own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
-        ``manifest.json``. Its parent must exist.
+        ``manifest.json``; with a quadratic program ``NAME_program.c`` and its licence. Its parent must exist.
     target : {"c99", "fmi2"}
         C99 in a folder, or an FMU of FMI 2.0 for co-simulation around it: `path` is then a file that ends in
         ``.fmu``.
@@ -105,6 +107,8 @@ def export(
     asked = TablesAsked.of(precision, lost_max, outputs)
     recipe, place = recipe_of(thing, asked), checks.path("path", path)
     unit = target == "fmi2"
+    if unit and recipe.program is not None:
+        raise checks.refuse("target", f"'c99' for a {recipe.kind}, which has a program of its own", target)
     put_back(place)
     (archive.check_free if unit else check_free)(place, overwrite)
     prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
@@ -130,8 +134,8 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     if told is None:
         raise TypeError(
             "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, a CycleController, a"
-            " StagedController, a TorqueController, a ForceController, a GeometryEstimator, a"
-            " RecursiveLeastSquares, a RandomWalk, a Strategy or a Recipe;"
+            " StagedController, a TorqueController, a ForceController, a PredictiveController, a"
+            " GeometryEstimator, a RecursiveLeastSquares, a RandomWalk, a Strategy or a Recipe;"
             f" got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
@@ -142,9 +146,10 @@ def files_of(recipe: Recipe, name: str, source: CSource, vectors: Vectors) -> di
     """Return name and content of all files."""
     told = manifest(recipe, name, __version__, source, vectors)
     files = {
-        f"{name}.h": header(recipe, name, __version__, promise(source)).encode(),
+        f"{name}.h": header(recipe, name, __version__, promise(recipe, source)).encode(),
         f"{name}.c": source.text.encode(),
         f"{name}_selftest.c": selftest(recipe, name, vectors).encode(),
         "vectors.bin": vectors.table().astype("<f8").tobytes(),
+        **({} if recipe.program is None else program_files(recipe.program, name)),
     }
     return {**files, "manifest.json": text_of(told, files).encode()}

@@ -2,7 +2,7 @@
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen._files.shell import GUARDS
-from sdpgrind.codegen._files.vectors import BLOCKS, SEED, STEPS, Vectors, spread_of
+from sdpgrind.codegen._files.vectors import SEED, STEPS, Vectors, spread_of
 from sdpgrind.codegen._recipe import Recipe
 
 _TEXT = """\
@@ -229,7 +229,8 @@ def selftest(recipe: Recipe, name: str, vectors: Vectors) -> str:
     digests = [f"UINT64_C({one:#018x})" for one in vectors.digests]
     return _TEXT.format(
         name=name, upper=name.upper(), guards=GUARDS, rows=len(vectors.rows), inputs=len(recipe.inputs),
-        outputs=len(recipe.outputs), blocks=BLOCKS, steps=STEPS, seed=SEED, digest=f"{vectors.digest:#018x}",
+        outputs=len(recipe.outputs), blocks=len(digests), steps=STEPS, seed=SEED,
+        digest=f"{vectors.digest:#018x}",
         vectors=_vectors(vectors), digests=_columns(digests, 4), spread=_listed(spread_of(recipe)),
         missing=", ".join(str(int(not one)) for one in recipe.finite),
         given="\n".join(f"    in.{one} = row[{k}];" for k, one in enumerate(recipe.inputs)),

@@ -25,6 +25,11 @@ def compiled(compiler: str, sources: Sequence[Path], out: Path, *flags: str) -> 
         raise RuntimeError(f"{compiler} refused the export: {done.stderr.strip()}")
 
 
+def units(folder: Path, name: str) -> list[Path]:
+    """Return the sources of an export in a folder, that of its quadratic program too."""
+    return [one for one in (folder / f"{name}.c", folder / f"{name}_program.c") if one.exists()]
+
+
 def links(compiler: str, *flags: str) -> bool:
     """Whether a program is built and runs with these flags: libraries of sanitizers come apart."""
     with tempfile.TemporaryDirectory() as kept:

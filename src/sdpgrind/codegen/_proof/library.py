@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.codegen._files.vectors import Answers
-from sdpgrind.codegen._proof.compilers import compiled
+from sdpgrind.codegen._proof.compilers import compiled, units
 
 _MANY = """\
 #include "{name}.h"
@@ -61,7 +61,7 @@ class Library:
         driver, built = folder / f"{name}_many.c", folder / f"{name}.so"
         driver.write_text(many_steps(name, sizes))
         include = f"-I{source}"
-        compiled(compiler, [source / f"{name}.c", driver], built, "-shared", "-fPIC", include, *flags)
+        compiled(compiler, [*units(source, name), driver], built, "-shared", "-fPIC", include, *flags)
         self._library = ctypes.CDLL(str(built))
         self._step = getattr(self._library, f"{name}_step")
         self._step.restype = ctypes.c_int32
