@@ -132,6 +132,13 @@ def test_settings_by_which_c_would_do_otherwise(settings, told):
         StepProgram(np.eye(1), np.eye(1), np.zeros(1), settings)
 
 
+def test_numbers_that_osqp_would_write_without_their_last_digits():
+    hessian = np.array([[1.0, np.pi * 1e-6], [np.pi * 1e-6, 1.0]])
+    program = StepProgram(hessian, np.ones((1, 2)), np.zeros(2), {"verbose": False, "adaptive_rho": False})
+    with pytest.raises(ValueError, match="program must be of numbers above 6e-05 once it is scaled"):
+        program_files(program, "small")
+
+
 def test_a_program_of_two_unknowns():
     """Least of (x - 1)^2 + (y + 2)^2 with x + y >= 0: (1.5, -1.5), by hand."""
     settings = {"verbose": False, "eps_abs": 1e-10, "eps_rel": 1e-10, "adaptive_rho": False}

@@ -6,12 +6,16 @@ from collections.abc import Iterator
 from importlib.metadata import distribution
 from pathlib import Path
 
+from sdpgrind.base import checks
 from sdpgrind.codegen._files.shell import GUARDS
 from sdpgrind.codegen._program import StepProgram
 
 LICENSE = "osqp_license.txt"
 _INCLUDE = re.compile(r'\s*#\s*include\s+[<"]([^">]+)[">]')
 _DEFINED = re.compile(r"^(?!static\b)[A-Za-z_][\w \*]*?\b(\w+)\s*\([^;{}()]*\)\s*\{", re.M)
+_NUMBER = re.compile(r"\(OSQPFloat\)(-?\d+\.\d*?)0*,")
+_DECIMALS = 18  # source: OSQP writes 20 decimals; chosen: fewer are a short number, not one that is cut off
+_LEAST = 2.0**-14  # derived: greater ones differ by 2^-67 and more: 20 decimals tell all of their digits
 _MESSAGES = re.compile(r"^const char \*(\w+)\[\]", re.M)
 _TOP = """\
 /*
@@ -51,14 +55,25 @@ def program_files(program: StepProgram, name: str) -> dict[str, bytes]:
     """Return the file of the program, and the licence of what OSQP generates."""
     told = distribution("osqp")
     text, (n, m) = _generated(program, name), program.sizes
+    _check_digits(text)
     names = [*_DEFINED.findall(text), *_MESSAGES.findall(text)]
     top = _TOP.format(
         name=name, version=told.version, license=LICENSE, guards=GUARDS,
         renamed="\n".join(f"#define {one} {name}_{one}" for one in sorted(set(names))),
     )  # fmt: skip
     door = _DOOR.format(name=name, n=n, m=m, low=n, high=n + m, x=n + 2 * m)
-    licence = next(one for one in told.files or () if one.name == "LICENSE")
+    licence = next((one for one in told.files or () if one.name == "LICENSE"), None)
+    if licence is None:
+        raise FileNotFoundError("the installed osqp must hold its LICENSE, which goes along with its code")
     return {f"{name}_program.c": (top + text + door).encode(), LICENSE: licence.read_binary()}
+
+
+def _check_digits(text: str) -> None:
+    """Refuse a program of which OSQP has written numbers without their last digits."""
+    for number in _NUMBER.findall(text):
+        if len(number.partition(".")[2]) >= _DECIMALS and abs(float(number)) < _LEAST:
+            rule = f"of numbers above {_LEAST:.0e} once it is scaled: OSQP writes 20 decimals"
+            raise checks.refuse("program", rule, float(number))
 
 
 def _generated(program: StepProgram, name: str) -> str:
