@@ -94,16 +94,24 @@ def _prepare(recipe: Recipe, place: Path, steps: int) -> None:
     """Compile what stays the same, and write the rows of many steps: the self-test has others."""
     varied = Varied(recipe, *rows_of(recipe, np.random.default_rng(7), 4 * ROWS))
     with (place / "rows.bin").open("wb") as file:
-        for _ in range(steps // 20_000):
-            rows, resets = varied.take(20_000)
+        for _ in range(steps // 20_000 if recipe.program is None else 1):
+            rows, resets = varied.take(20_000 if recipe.program is None else 2_000)
             file.write(np.column_stack([resets, rows]).tobytes())
     (place / "side.c").write_text(_SIDE_BY_SIDE)
     compiler = ["gcc", *FLAGS, "-O2", f"-I{place / 'thing'}", "-c"]
     renamed = ["-Dthing_step=good_step", "-Dthing_reset=good_reset"]
     for source, made, more in (
         ("thing/thing_selftest.c", "test.o", []), ("thing/thing.c", "good.o", renamed), ("side.c", "side.o", []),
+        (_program(place), "solver.o", []),
     ):  # fmt: skip
         subprocess.run([*compiler, *more, place / source, "-o", place / made], check=True)
+
+
+def _program(place: Path) -> Path:
+    """Return the source of the quadratic program, or one of nothing."""
+    found, empty = place / "thing/thing_program.c", place / "empty.c"
+    empty.write_text("typedef int empty;\n")
+    return found if found.exists() else empty
 
 
 def _judged(place: Path, changed: str) -> str:
@@ -120,7 +128,7 @@ def _judged(place: Path, changed: str) -> str:
 
 def _fails(compiler: list[Any], place: Path, *objects: str) -> bool:
     """Whether a program with the changed source ends otherwise than by 0, or not at all."""
-    parts = [place / one for one in ("changed.o", *objects)]
+    parts = [place / one for one in ("changed.o", "solver.o", *objects)]
     subprocess.run([*compiler, *parts, "-lm", "-o", place / "program"], check=True)
     try:
         run = subprocess.run([place / "program", place / "rows.bin"], capture_output=True, timeout=60)

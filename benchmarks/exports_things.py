@@ -1,4 +1,4 @@
-"""Things that ``exports.py`` exports: plans, controllers, an estimator, tables of one to three axes."""
+"""Things that ``exports.py`` exports: plans, controllers, estimators, tables of one to three axes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 import centering
-from sdpgrind import finishing, locus, plunge, sdp, units, weldbead
+from sdpgrind import finishing, identify, locus, plunge, sdp, units, weldbead
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.weldbead import force
 
@@ -28,11 +28,20 @@ def torque() -> Any:
     return finishing.TorqueController(finishing.TorqueAxis(), motion(), normal_force=1.111, kind="lqg")
 
 
-def press() -> Any:
+def _pass() -> Any:
     time = np.array([0.0, 0.4, 1.0, 2.0])
     planned = {"time": time, "normal_force": [30.0, 30.0, 55.0, 20.0], "fly_height": [10.0, 9.9, 9.8, 10.0]}
-    plan = type("Plan", (), {**planned, "center_x": 30.0 * time})
-    return force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
+    return type("Plan", (), {**planned, "center_x": 30.0 * time})
+
+
+def press() -> Any:
+    return force.ForceController(_pass(), force.PI.design(crossover=units.hz(3.0)))
+
+
+def ahead() -> Any:
+    """Predictive, at its limits: a quadratic program in most samples."""
+    limits = force.Limits(command_max=-9.85, command_min=-11.0, command_rate_max=3.0)
+    return force.PredictiveController(_pass(), force.Predictive(), limits=limits)
 
 
 def bead() -> Any:
@@ -50,12 +59,37 @@ def table() -> Any:
     return LocusTable(key, columns, np.column_stack([np.cos(key), 2.0 * key]), names)
 
 
-def walk() -> Any:
+def along() -> Any:
     return locus.LocusController(locus.plan(locus.preset("grinding")), along="infeed_rate")
 
 
 def inversion() -> Any:
     return locus.plan(locus.preset("grinding")).inversion()
+
+
+def rows() -> Any:
+    return identify.RecursiveLeastSquares(("start", "slope", "bend"), forgetting=0.98)
+
+
+def _prior() -> Any:
+    return identify.Estimate(("start", "slope", "bend"), [1.0, 2.0, 3.0], np.diag([0.1, 0.2, 0.3]))
+
+
+def rows_known() -> Any:
+    """The noise is known: no residuals are squared."""
+    return identify.RecursiveLeastSquares(_prior().names, forgetting=0.98, prior=_prior(), noise_sd=0.1)
+
+
+def walk() -> Any:
+    return identify.RandomWalk(_prior().names, walk_variance=1e-3, noise_variance=[0.1, 0.2, 0.3])
+
+
+def walk_of_row() -> Any:
+    return identify.RandomWalk(_prior().names, walk_variance=1e-3, noise_variance=0.2, prior=_prior())
+
+
+def push() -> Any:
+    return centering.plan(centering.preset("printed").replace(mass=0.8))
 
 
 def _removed(s: Any, c: Any) -> Any:
@@ -91,6 +125,13 @@ def _moves(go: Callable[..., Any]) -> list[Any]:
     ]
 
 
+def one() -> Any:
+    """One logarithmic axis with a deadline; two modes; a listed and a continuous control."""
+    moves = _moves(lambda s, c, e: (s.x * (1.0 - 0.5 * c.by),))
+    stop = sdp.Stop("end", lambda s: s.x**2 + 0.2 * (s.mode == 0))
+    return sdp.plan(sdp.Problem(_axes(1), moves, [stop], sdp.Stages(3, 0.5, "left", "s"), modes=("a", "b")))
+
+
 def two() -> Any:
     """Two axes, one logarithmic; two modes; a listed and a continuous control."""
     moves = _moves(lambda s, c, e: (s.x * (1.0 - 0.5 * c.by), s.y + e.n))
@@ -107,7 +148,8 @@ def three() -> Any:
 
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
-    "walk": walk, "inversion": inversion,
-    "hone": hone, "two": two, "three": three,
+    "along": along, "inversion": inversion,
+    "hone": hone, "one": one, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
+    "walk_of_row": walk_of_row, "push": push, "ahead": ahead,
 }  # fmt: skip
 """Name of each thing to how it is made."""

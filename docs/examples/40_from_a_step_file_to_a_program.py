@@ -80,7 +80,9 @@ paths = [finishing.zigzag(block[name], pitch=1.0, along=along, lift=lift) for na
 place = (650.0, -25.0, 100.0)  # mm
 for path in (finishing.sequence(paths), finishing.sequence(paths, robot=robot, placement=place)):
     print(path)
-    print(f"order {path.order}, backwards {path.backwards}; {path.least_clearance:.1f} mm from the work in the air")
+    print(
+        f"order {path.order}, backwards {path.backwards}; {path.least_clearance:.1f} mm from the work in the air"
+    )
 motion = finishing.plan(finishing.FinishingProblem(path, robot=robot, placement=place))
 print(motion)
 path.plot()

@@ -1,6 +1,7 @@
 """What tests of exports reach inside the packages."""
 
 from sdpgrind.codegen._export import recipe_of as recipe_of
+from sdpgrind.codegen._files.program import program_files as program_files
 from sdpgrind.codegen._files.vectors import LibrarySteps as LibrarySteps
 from sdpgrind.codegen._files.vectors import Varied as Varied
 from sdpgrind.codegen._files.vectors import bounds_of as bounds_of

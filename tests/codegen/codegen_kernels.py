@@ -310,3 +310,18 @@ def known(state, rule, lag, flags, x, y, out):
         return -1
     out[4] = 1.0 if rule.on and not lag > 0.0 else np.exp(x)
     return 0
+
+
+@compiled(error_model="numpy")
+def weights(x):
+    """A name that `doubled` has for a table."""
+    return x + x
+
+
+@compiled(error_model="numpy")
+def doubled(state, weights_, x, out):
+    """A table named as a kernel is, but for an underscore that C does not see."""
+    out[0] = weights(x)
+    for k in range(weights_.size):
+        out[0] += weights_[k]
+    return 0

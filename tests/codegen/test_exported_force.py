@@ -79,8 +79,3 @@ def test_passes_reach_what_the_self_test_needs(tmp_path):
     made = sdpgrind.export(force.ForceController(plan(), DESIGNS["pi"][0]), tmp_path / "press")
     found = made.check(3000, ["gcc"], levels=["-O0"], targets=())
     assert found.differing == 0, found.first
-
-
-def test_a_predictive_controller_is_refused(tmp_path):
-    with pytest.raises(TypeError, match="a PredictiveController is not exported: its quadratic program"):
-        sdpgrind.export(force.PredictiveController(plan(), force.Predictive()), tmp_path / "press")

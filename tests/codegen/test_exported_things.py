@@ -123,7 +123,8 @@ def test_what_no_command_exports_is_told(tmp_path, capsys):
     assert cli.main(["export", str(tmp_path / "cycle.nc"), str(tmp_path / "out")]) == 2
     told = capsys.readouterr().err
     assert (
-        "plan must be the file of a sequence policy, an sdp.Policy or a locus" in told and "holds a " in told
+        "plan must be the file of a sequence policy, an sdp.Policy, a locus or a strategy;" in told
+        and "holds a CyclePlan" in told
     )
     assert not (tmp_path / "out").exists()
 

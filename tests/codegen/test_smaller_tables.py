@@ -171,6 +171,18 @@ def test_a_policy_of_the_solver(tmp_path):
     assert rounded.manifest["sizes"]["tables"] < 0.3 * made.manifest["sizes"]["tables"]
 
 
+@gcc
+def test_branches_that_no_number_takes_are_left_out(tmp_path):
+    """In doubles no line keeps more digits, and infinity is itself; in 16 bits one stands for it where it occurs."""
+    plan = honed(sdp.Linear(200.0))
+    table = small_of(plan, "double", ("gap",))
+    assert not table.table.widens and not table.told.endless
+    text = (sdpgrind.export(plan, tmp_path / "plan").path / "plan.c").read_text()
+    assert "place < 0" not in text and "stored ==" not in text
+    infinite = small_of(two_axes(), "int16", ("gap",)).told
+    assert infinite.endless == bool(np.isinf(two_axes().table.gap).any())
+
+
 def honed(under):
     """Honing to size with a charge of too little stock, $ of mm."""
     moves = [

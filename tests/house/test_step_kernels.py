@@ -14,6 +14,8 @@ STEPS = {
     "plunge, start": "sdpgrind.plunge._control.control_kernels:start_control",
     "torque": "sdpgrind.finishing.torque._controller_kernels:command_step",
     "force": "sdpgrind.weldbead.force._kernels:control_step",
+    "predictive force, to its program": "sdpgrind.weldbead.force._predictive_kernels:exported_ask",
+    "predictive force, from its program": "sdpgrind.weldbead.force._predictive_kernels:exported_answer",
     "table of a locus": "sdpgrind.locus._trace.table_kernels:look_up",
     "controller on a locus": "sdpgrind.locus._path.walk_kernels:walk_step",
     "policy": "sdpgrind.sdp._policy.look_up_kernels:act",
@@ -21,7 +23,11 @@ STEPS = {
     "policy, value of one state": "sdpgrind.sdp._policy.single_kernels:value_at",
     "estimator of a circle": "centering.circle._estimator.update_kernels:update_step",
     "validity of its estimate": "centering.circle._estimator.validity_kernels:judge",
+    "recursive least squares": "sdpgrind.identify._exported_kernels:exported_row",
+    "filter of random walks": "sdpgrind.identify._exported_kernels:exported_walk",
+    "filter, one combination": "sdpgrind.identify._exported_kernels:exported_walk_of_row",
     "strategy of pushes": "centering.cycle._strategy.lookup_kernels:choose",
+    "strategy of pushes, exported": "centering.cycle._strategy.exported_kernels:exported_push",
 }
 
 

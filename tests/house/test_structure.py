@@ -138,7 +138,7 @@ def test_every_package_has_its_arrows():
 
 
 THEMES = {
-    "sdpgrind.codegen": ("_translate", "_names", "_recipe", "_tables", "_math", "_files", "_proof", "_fmi", "_exported", "_export"),
+    "sdpgrind.codegen": ("_translate", "_names", "_program", "_recipe", "_tables", "_math", "_files", "_proof", "_fmi", "_exported", "_export"),
     "sdpgrind.sdp": ("_distributions", "_problem", "_transitions", "_solve", "_policy", "_plan"),
     "sdpgrind.weldbead": ("force", "sequence", "_identify", "_doubts", "passes", "_hierarchy", "_plant"),
     "sdpgrind.plunge": ("_model", "_control", "_plant", "_stages", "_plan", "_identify", "_doubts", "learning"),

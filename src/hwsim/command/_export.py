@@ -43,8 +43,9 @@ def work(arguments: argparse.Namespace) -> int:
     plan = sdpgrind.load(arguments.plan)
     if not hasattr(plan, "__export__"):
         raise ValueError(
-            f"plan must be the file of a sequence policy, an sdp.Policy or a locus; {arguments.plan} holds a"
-            f" {type(plan).__name__}; controllers are exported from Python, by sdpgrind.export"
+            "plan must be the file of a sequence policy, an sdp.Policy, a locus or a strategy;"
+            f" {arguments.plan} holds a {type(plan).__name__};"
+            " controllers are exported from Python, by sdpgrind.export"
         )
     outputs = arguments.outputs
     made = sdpgrind.export(

@@ -11,6 +11,7 @@ from sdpgrind.codegen._exported import Exported
 from sdpgrind.codegen._files.folder import check_free, put_back, write_folder
 from sdpgrind.codegen._files.header import header
 from sdpgrind.codegen._files.manifest import manifest, promise, text_of
+from sdpgrind.codegen._files.program import program_files
 from sdpgrind.codegen._files.selftest import selftest
 from sdpgrind.codegen._files.shell import source_of
 from sdpgrind.codegen._files.vectors import vectors_of
@@ -52,10 +53,12 @@ def export(
         hidden state), its ``table()`` and ``inversion()``, `locus.LocusController` (by feedback),
         `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
         `weldbead.force.ForceController` (along its plan; without one its law, to which force and position of
-        the plan are handed over), `centering.GeometryEstimator`; or a `Recipe` of a kernel of one's own.
+        the plan are handed over), `weldbead.force.PredictiveController` along its plan,
+        `centering.GeometryEstimator`, `identify.RecursiveLeastSquares` and `identify.RandomWalk` of at most 8
+        values, `centering.Strategy` (its look-up of a push); or a `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
-        ``manifest.json``. Its parent must exist.
+        ``manifest.json``; with a quadratic program ``NAME_program.c`` and its licence. Its parent must exist.
     target : {"c99", "fmi2"}
         C99 in a folder, or an FMU of FMI 2.0 for co-simulation around it: `path` is then a file that ends in
         ``.fmu``.
@@ -119,6 +122,8 @@ def export(
     folder = None if math == "libm" else math_folder(checks.path("math", math))
     recipe, place = recipe_of(thing, asked), checks.path("path", path)
     unit = target == "fmi2"
+    if unit and recipe.program is not None:
+        raise checks.refuse("target", f"'c99' for a {recipe.kind}, which has a program of its own", target)
     put_back(place)
     (archive.check_free if unit else check_free)(place, overwrite)
     prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
@@ -144,7 +149,8 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
         raise TypeError(
             "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, an Inversion, a"
             " LocusController, a CycleController, a StagedController, a TorqueController, a"
-            f" ForceController, a GeometryEstimator or a Recipe; got {type(thing).__name__}"
+            " ForceController, a PredictiveController, a GeometryEstimator, a RecursiveLeastSquares, a"
+            f" RandomWalk, a Strategy or a Recipe; got {type(thing).__name__}"
         )
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe
@@ -154,8 +160,9 @@ def files_of(recipe: Recipe, name: str, folder: Path | None) -> dict[str, bytes]
     """Return name and content of all files; `folder`: that of elementary functions, None: the C library's."""
     source = source_of(recipe, name, __version__, outside(name) if folder else "")
     files = {
-        f"{name}.h": header(recipe, name, __version__, promise(source)).encode(),
+        f"{name}.h": header(recipe, name, __version__, promise(recipe, source)).encode(),
         f"{name}.c": source.text.encode(),
+        **({} if recipe.program is None else program_files(recipe.program, name)),
     }
     notes: dict[str, Any] = {}
     if folder and source.libm:

@@ -11,6 +11,7 @@ from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._fmi.archive import export_folder
 from sdpgrind.codegen._proof.builds import TARGETS
 from sdpgrind.codegen._proof.check import LEVELS, ExportCheck, checked
+from sdpgrind.codegen._proof.compilers import units
 from sdpgrind.codegen._proof.controller import CompiledController
 from sdpgrind.codegen._recipe import Recipe
 
@@ -63,7 +64,8 @@ class Exported:
         """Size of header and source as text, bytes; on the target: ``manifest["sizes"]["tables"]``."""
         name = self.manifest["name"]
         with export_folder(self.path) as folder:
-            return sum((folder / f"{name}{ending}").stat().st_size for ending in (".h", ".c"))
+            sources = (folder / f"{name}.h", *units(folder, str(name)))
+            return sum(one.stat().st_size for one in sources)
 
     def check(
         self,

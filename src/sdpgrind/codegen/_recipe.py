@@ -11,6 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._names import c_name
+from sdpgrind.codegen._program import StepProgram
 
 _FINGERPRINT = 16  # chosen: hexadecimal digits
 _STATE = (0.0,)  # chosen: an unused entry, since C has no empty structure
@@ -42,6 +43,11 @@ class Recipe:
         State after a reset; without one an unused entry.
     settings : sequence of int
         Places in `state` that the step only reads: their numbers are constants of the C, and may be sizes.
+    program : StepProgram, optional
+        Program that a step may ask for: `step` then has its room in place of `out`, and returns 1 where it is
+        to be solved, else 0.
+    finish : Kernel, optional
+        ``finish(state, *law, room, out)``, which ends such a step and returns its status.
     start : Kernel, optional
         ``start(state, *law)``, which resets the state. Default: `state` is copied.
     missing : sequence of str
@@ -120,6 +126,8 @@ class Recipe:
     after: tuple[Any, ...] = ()
     state: Any = _STATE
     settings: Sequence[int] = ()
+    program: StepProgram | None = None
+    finish: Kernel | None = None
     start: Kernel | None = None
     missing: Sequence[str] = ()
     defaults: Mapping[str, float] = field(default_factory=dict)
@@ -147,7 +155,7 @@ class Recipe:
 
     def __post_init__(self) -> None:
         c_name("name", self.name)
-        for thing in (self.step, self.start):
+        for thing in (self.step, self.start, self.finish):
             if thing is not None:
                 checks.kind("step", thing, Kernel, ", decorated by sdpgrind.base.compiling.compiled.compiled")
         for thing in self.written_out:
@@ -164,6 +172,8 @@ class Recipe:
         state = np.array(self.state, dtype=float)
         if state.ndim != 1 or not state.size:
             raise checks.refuse("state", "a row of numbers", state.shape)
+        if (self.program is None) != (self.finish is None):
+            raise checks.refuse("finish", "given with a program, and with it alone", self.finish)
         if self.start is not None and self.settings:
             raise checks.refuse("settings", "left out where a kernel starts the state", list(self.settings))
         object.__setattr__(self, "state", state)
@@ -180,6 +190,15 @@ class Recipe:
         for what, (given, known, told) in named.items():
             if strange := given - set(known):
                 raise checks.refuse(what, f"names of {told}", sorted(strange))
+
+    def take(self, state: Floats, row: Sequence[float], out: Floats) -> int:
+        """Advance `state` by a row of inputs (mm, s, N ...), fill `out`; return the status."""
+        if self.program is None or self.finish is None:
+            return int(self.step(state, *self.law, *row, *self.after, out))
+        room = np.zeros(self.program.width)
+        if self.step(state, *self.law, *row, *self.after, room):
+            self.program.solve(room)
+        return int(self.finish(state, *self.law, room, out))
 
     @property
     def finite(self) -> tuple[bool, ...]:
@@ -205,7 +224,8 @@ class Recipe:
         """Digest of constants, state and interface, 16 hexadecimal digits; mm and s count as text."""
         face = (self.kind, dict(self.inputs), dict(self.outputs), self.finite, self.limits, self.period)
         total = hashlib.sha256(repr(face).encode())
-        for one in leaves((*self.law, *self.after, self.state)):
+        program = () if self.program is None else self.program.constants
+        for one in leaves((*self.law, *self.after, self.state, *program)):
             array = np.asarray(one)
             total.update(repr((array.dtype.str, array.shape)).encode() + array.tobytes())
         return total.hexdigest()[:_FINGERPRINT]

@@ -2,14 +2,18 @@
 
 from collections.abc import Sequence
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Complex, Floats
+from sdpgrind.base.checks import Bools, Complex, Floats
 from sdpgrind.identify._estimate import Estimate, Status
 from sdpgrind.identify.kernels import walk_step
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 
 class RandomWalk:
@@ -72,15 +76,32 @@ class RandomWalk:
 
     def reset(self) -> None:
         """Return to the prior."""
-        size, prior = len(self._names), self._prior
-        self._value, self._known = np.zeros(size), np.zeros(size, dtype=bool)
-        self._covariance = np.zeros((size, size))
-        if prior is not None:
-            self._known = np.isfinite(np.diag(prior.covariance))
-            self._value = np.where(self._known, prior.value, 0.0)
-            self._covariance = np.where(np.outer(self._known, self._known), prior.covariance, 0.0)
+        size = len(self._names)
+        self._value, self._covariance, self._known = self._start()
         self._unit, self._gain, self._count = np.eye(size), np.zeros(size), 0
         self._innovation, self._innovation_sd = np.full(size, np.nan), np.full(size, np.inf)
+
+    def _start(self) -> tuple[Floats, Floats, Bools]:
+        """Values before the first update, their covariance, and which are known."""
+        size, prior = len(self._names), self._prior
+        if prior is None:
+            return np.zeros(size), np.zeros((size, size)), np.zeros(size, dtype=bool)
+        known = np.isfinite(np.diag(prior.covariance))
+        covariance = np.where(np.outer(known, known), prior.covariance, 0.0)
+        return np.where(known, prior.value, 0.0), covariance, known
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it: the filter before its first update.
+
+        Readings of each value; of a combination (`row`) where a prior knows several values and the noise
+        variance is one number.
+        """
+        from sdpgrind.identify._recipe import Names, walk_recipe
+
+        value, covariance, known = self._start()
+        of_row = value.size > 1 and self._one_noise and self._noise[0] > 0 and bool(known.all())
+        state = np.concatenate([value, covariance.ravel(), known])
+        return walk_recipe(Names(self._names, self._units), self._walk, self._noise, state, of_row)
 
     @property
     def count(self) -> int:

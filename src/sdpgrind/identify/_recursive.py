@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import inf, isfinite, sqrt
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,24 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.identify._estimate import Estimate, Status
 from sdpgrind.identify._regression import SquareRoot
-from sdpgrind.identify.kernels import covariance_step, rotate
+from sdpgrind.identify._triangle_kernels import (
+    COUNT,
+    EPS,
+    FULL,
+    LOST,
+    RESIDUAL,
+    SQUARES,
+    WEIGHT,
+    TriangleLaw,
+    triangle_step,
+)
+from sdpgrind.identify.kernels import covariance_step
+
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
 
 METHODS = ("square_root", "covariance")
-_FULL = 1e-9  # chosen: least degrees of freedom, over the weights, that determine the noise; less is rounding
-_EPS = float(np.finfo(float).eps)
-_LOST = 0.01  # chosen: tolerated rounding error (a bound, ten times the error) over a standard deviation
+_POWER = 2.0  # derived: of residuals, whose squares are summed
 
 
 class RecursiveLeastSquares:
@@ -119,6 +131,17 @@ class RecursiveLeastSquares:
         self._form.take(entry, checks.number("target", target), weight)
         self._count += 1
 
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it: the triangle before its first row."""
+        from sdpgrind.identify._recipe import Names, rows_recipe
+
+        if self._method != "square_root":
+            rule = "'square_root': the other one ends by eigenvalues, which are not translated"
+            raise checks.refuse("method", rule, self._method)
+        fresh = _Triangle(len(self._names), self._prior, self._noise_sd)
+        law = TriangleLaw(len(self._names), fresh.power, self._forgetting, self._noise_sd or 0.0)
+        return rows_recipe(Names(self._names, self._units), law, fresh.state)
+
     @property
     def estimate(self) -> Estimate:
         """Estimate from the rows so far; `Status.UNDETERMINED` until they determine the values."""
@@ -164,58 +187,53 @@ def _known(prior: Estimate) -> tuple[Bools, Floats]:
 
 
 class _Triangle:
-    """Triangle of the rows and targets, and that of the rows with squared weights."""
+    """Triangle of the rows and targets, and that of the rows with squared weights, in one row of numbers."""
 
     def __init__(self, size: int, prior: Estimate | None, noise_sd: float | None) -> None:
-        self._array, self._entry = np.zeros((size, size + 1)), np.zeros(size + 1)
-        self._double = np.zeros((size, size))
-        self._weight = self._squares = self._residual = (
-            0.0  # sums: weights, squared weights, squared residuals
-        )
-        self._count = 0
-        self._noise_sd = noise_sd
+        self._size, self._entry, self._noise_sd = size, np.zeros(size + 1), noise_sd
+        self.power = _POWER if noise_sd is None else 0.0
+        self.state = np.zeros(size * (2 * size + 1) + COUNT + 1)
         if prior is not None and noise_sd is not None:
-            self._double[:] = self._array[:, :size] = _root(prior, noise_sd)
-            self._array[:, size] = self._double @ np.where(
-                np.isinf(np.diag(prior.covariance)), 0.0, prior.value
-            )
+            array, double, _ = self._parts()
+            double[:] = array[:, :size] = _root(prior, noise_sd)
+            array[:, size] = double @ np.where(np.isinf(np.diag(prior.covariance)), 0.0, prior.value)
+
+    def _parts(self) -> tuple[Floats, Floats, Floats]:
+        """Views of both triangles, and of what is behind them."""
+        size = self._size
+        array, double, sums = np.split(self.state, [size * (size + 1), size * (2 * size + 1)])
+        return array.reshape(size, size + 1), double.reshape(size, size), sums
 
     def take(self, row: Floats, target: float, forgetting: float) -> None:
-        if forgetting != 1.0:
-            self._array *= sqrt(forgetting)
-            self._double *= forgetting
-        entry, size = self._entry, row.size
-        entry[:size], entry[size] = row, target
-        rotate(self._array, entry)
-        self._residual = forgetting * self._residual + float(entry[size]) ** 2
-        entry[:size] = row
-        rotate(self._double, entry)
-        self._weight = forgetting * self._weight + 1.0
-        self._squares = forgetting * forgetting * self._squares + 1.0
-        self._count += 1
+        size = self._size
+        self._entry[:size], self._entry[size] = row, target
+        triangle_step(self.state, size, self.power, self._entry, forgetting)
+        if self.state[RESIDUAL - COUNT - 1] == inf:
+            raise OverflowError(f"target is too far from what the values predict: {target:g}")
 
     def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
-        size = len(names)
-        rows = np.vstack([self._array[:, :size], np.zeros(size)])
-        solver = SquareRoot(rows, np.append(self._array[:, size], sqrt(self._residual)))
-        double = self._double / solver.length
+        size, (array, squared, sums) = self._size, self._parts()
+        weight, squares, residual = (float(sums[k]) for k in (WEIGHT, SQUARES, RESIDUAL))
+        rows = np.vstack([array[:, :size], np.zeros(size)])
+        solver = SquareRoot(rows, np.append(array[:, size], sqrt(residual)))
+        double = squared / solver.length
         half = double @ solver.backward
         root = half @ solver.backward.T  # the covariance is its square: no variance can be negative
-        self._say_lost(solver, double, root)
+        self._say_lost(solver, double, root, weight)
         sandwich = root.T @ root / np.outer(solver.length, solver.length)
         if self._noise_sd is not None:
             return solver.estimate(self._noise_sd**2 * sandwich, inf, names, units)
-        freedom = self._weight - float(np.sum(half**2))
-        if self._count <= size or freedom <= _FULL * self._weight:
+        freedom = weight - float(np.sum(half**2))
+        if sums[COUNT] <= size or freedom <= FULL * weight:
             solver.determined, freedom = False, 1.0
         # Equivalent number of rows of equal weight (Kish).
-        effective = self._weight**2 / self._squares if self._squares else 0.0
+        effective = weight**2 / squares if squares else 0.0
         return solver.estimate(solver.square / freedom * sandwich, max(effective - size, 1.0), names, units)
 
-    def _say_lost(self, solver: SquareRoot, double: Floats, root: Floats) -> None:
+    def _say_lost(self, solver: SquareRoot, double: Floats, root: Floats, weight: float) -> None:
         """Name the values that have lost their digits: squared weights fade twice as fast as weights."""
-        rounding = _EPS * sqrt(self._weight) * np.linalg.norm(double) * np.linalg.norm(solver.backward)
-        lost = rounding * np.linalg.norm(solver.backward, axis=1) > _LOST * np.linalg.norm(root, axis=0)
+        rounding = EPS * sqrt(weight) * np.linalg.norm(double) * np.linalg.norm(solver.backward)
+        lost = rounding * np.linalg.norm(solver.backward, axis=1) > LOST * np.linalg.norm(root, axis=0)
         solver.loose, solver.determined = solver.loose | lost, solver.determined and not np.any(lost)
 
 
@@ -259,7 +277,7 @@ class _Covariance:
             return False
         sd = np.sqrt(variance)
         least = np.linalg.eigvalsh(self._inv_info / np.outer(sd, sd))[0]
-        return bool(_EPS * sqrt(self._weight) <= _LOST * least)
+        return bool(EPS * sqrt(self._weight) <= LOST * least)
 
     def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
         if not self._lost:

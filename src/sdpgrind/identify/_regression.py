@@ -9,7 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify._estimate import Estimate, Status, columns, finished
 
-_RANK = 1e-11  # chosen: least over greatest singular value of unit columns; smaller ones are rounding
+RANK = 1e-11  # chosen: least over greatest singular value of unit columns; smaller ones are rounding
 _SHARE = (
     1e-6  # chosen: component along an undetermined direction that names a column; smaller ones are rounding
 )
@@ -80,8 +80,8 @@ class SquareRoot:
         length = np.where(length > 0, length, 1.0)
         q, r = np.linalg.qr(rows / length)
         u, s, vt = np.linalg.svd(r)
-        self.determined = bool(s[-1] > _RANK * s[0]) if rows.shape[0] >= rows.shape[1] else False
-        kept = s > _RANK * s[0]
+        self.determined = bool(s[-1] > RANK * s[0]) if rows.shape[0] >= rows.shape[1] else False
+        kept = s > RANK * s[0]
         self.loose = np.any(np.abs(vt[~kept]) > _SHARE, axis=0)
         backward = vt.T * np.where(kept, 1 / np.where(kept, s, 1.0), 0.0)
         self.value = backward @ (u.T @ (q.T @ goal)) / length
@@ -168,7 +168,7 @@ def total_least_squares(
     names, units = tuple(names), tuple(units)
     dx, dy = x - x.mean(), (y - y.mean()) / ratio
     across, along = _principal(dx, dy)
-    if abs(along[0]) <= _RANK or across[1] <= (1 + 1e-9) * across[0]:
+    if abs(along[0]) <= RANK or across[1] <= (1 + 1e-9) * across[0]:
         failed = Estimate(names, np.zeros(2), np.diag([np.inf, np.inf]), Status.UNDETERMINED, units=units)
         return finished(failed, throw)
     slope = float(ratio * along[1] / along[0])

@@ -30,7 +30,7 @@ def choose(policy, outcomes, speeds, axes, offset, friction, pushes):
 
     Kind -1: the state is not a number, and no place in a table.
     """
-    if np.isnan(offset) or np.isnan(friction):
+    if np.isnan(offset) or np.isnan(friction):  # guard of exports: their ranges keep it out
         return -1, np.nan, np.nan, np.nan
     i, j = _place(axes, offset, friction)
     a, b = int(np.rint(i)), int(np.rint(j))

@@ -57,7 +57,7 @@ def stroke_for(mean, grid, last, scale, travel):
             low = middle
         else:
             high = middle
-    if low < 0:
+    if low < 0:  # guard: the first stroke moves no part
         return np.exp(grid[0])
     left = (1.0 - y) * mean[low, b] + y * mean[low, b + 1]
     right = (1.0 - y) * mean[high, b] + y * mean[high, b + 1]

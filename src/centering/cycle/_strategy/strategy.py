@@ -32,6 +32,7 @@ from sdpgrind.base.units import UM
 if TYPE_CHECKING:
     from centering.cycle._strategy.risk import RiskTable
     from centering.cycle._strategy.runs import CenteringRuns
+    from sdpgrind.codegen import Recipe
 
 _FEW = 60  # chosen: parts at each factor for a summary; their mean time is known to some 5 %
 _ROUNDING = 1.0 + 1e-9  # chosen: tolerance of the greatest offset
@@ -110,7 +111,8 @@ class Strategy(Plan):
         Raises
         ------
         ValueError
-            The offset is not > `finish` (the part is centred), or beyond `offset_max`.
+            The offset is not > `finish` (the part is centred), or beyond `offset_max`; the friction is NaN,
+            or the evidence not >= 0.
         """
         if not offset > self.finish:
             raise checks.refuse("offset", f"> {self.finish:g}, at which the part is centred", offset, "mm")
@@ -124,6 +126,8 @@ class Strategy(Plan):
             friction,
             self._mode(evidence),
         )
+        if kind < 0:
+            raise checks.refuse("friction", "a number", friction)
         how = self.kinds[kind]
         return PushChoice(aim, stroke, how.push_speed, how.shape, how.retract, speed, kind)
 
@@ -142,12 +146,21 @@ class Strategy(Plan):
         Raises
         ------
         ValueError
-            The offset is beyond `offset_max`.
+            The offset is beyond `offset_max`, the friction is NaN, or the evidence not >= 0.
         """
         self._refuse_beyond(offset)
         if offset <= self.finish:
             return 0.0
+        if friction != friction:
+            raise checks.refuse("friction", "a number", friction)
         return float(value_at(self._value, self._axes, offset, friction, self._mode(evidence)))
+
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes of it: the look-up of a push."""
+        from centering.cycle._strategy.recipe import recipe_of
+
+        tables = (self._value, self._kind, self._share, self._outcomes, self._speeds, self._axes)
+        return recipe_of(self, tables, self.offset_max * _ROUNDING)
 
     @property
     def offset_max(self) -> float:
@@ -162,6 +175,8 @@ class Strategy(Plan):
     def _mode(self, evidence: float) -> int:
         """Row of the table for an evidence; a push counts less than a fully informative one."""
         settled: int = self._settled
+        if not evidence >= 0:
+            raise checks.refuse("evidence", ">= 0", evidence)
         return min(int(evidence / WORTH + 0.5), settled)
 
     def cycle_time(self, offset: float) -> float:

@@ -8,7 +8,7 @@ _HEADER = """\
  * {name}.h: {kind}, exported by sdpgrind {version}.
  * {promise}
 {equations} *
- * Any number of instances, one a thread: all that changes is in {name}_state.
+ * {instances}
  * {name}_step returns
 {status} *   -1  an input is out of the range that stands beside it, no number where one must be, or
  *       refused as its meaning says
@@ -54,12 +54,16 @@ int32_t {name}_step({name}_state *state, const {name}_input *in, {name}_output *
 """
 
 
+_INSTANCES = "Any number of instances, one a thread: all that changes is in {name}_state."
+_ONE = "Any number of instances, one step at a time: the solver in {name}_program.c works on static arrays."
+
+
 def header(recipe: Recipe, name: str, version: str, promise: str) -> str:
     """Return the text of the header."""
     equations = "".join(f" * {line}\n" for line in recipe.equations.splitlines())
     return _HEADER.format(
         name=name, upper=name.upper(), kind=recipe.kind, version=version, promise=promise,
-        equations=equations,
+        equations=equations, instances=(_INSTANCES if recipe.program is None else _ONE).format(name=name),
         status="".join(f" *   {k:2d}  {one}\n" for k, one in enumerate(recipe.status)),
         constants=_constants(recipe, name.upper(), version),
         inputs="\n".join(

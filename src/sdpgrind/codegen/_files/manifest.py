@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sdpgrind.codegen._files.shell import CSource
-from sdpgrind.codegen._files.vectors import BLOCKS, STEPS, Vectors
+from sdpgrind.codegen._files.vectors import STEPS, Vectors
 from sdpgrind.codegen._recipe import Recipe
 
 FLAGS = ("-std=c99", "-ffp-contract=off")
@@ -21,16 +21,20 @@ _PROMISES = {
 }
 
 
+_PROGRAM = "; the quadratic program is solved by code that OSQP generates (Apache License 2.0)"
+
+
 def math_of(source: CSource) -> str:
     """Return what the bits depend on: "none", "libm" or "folder"."""
     return ("folder" if source.program.outside else "libm") if source.libm else "none"
 
 
-def promise(source: CSource) -> str:
+def promise(recipe: Recipe, source: CSource) -> str:
     """Return the promise in a sentence."""
+    program = "" if recipe.program is None else _PROGRAM
     names = list(source.libm)
     functions = " and ".join([", ".join(names[:-1])] * (len(names) > 1) + names[-1:])
-    return _PROMISES[math_of(source)].format(functions=functions)
+    return _PROMISES[math_of(source)].format(functions=functions) + program
 
 
 def manifest(
@@ -41,6 +45,9 @@ def manifest(
     bounds = [
         {"function": one.name, "file": one.source.file, **bound} for one in functions for bound in one.bounds
     ]
+    if recipe.program is not None:
+        solver = {"function": f"{name}_solve", "file": f"{name}_program.c", "line": 0}
+        bounds.append({**solver, "at_most": recipe.program.iterations})
     return {
         "name": name,
         "kind": recipe.kind,
@@ -58,13 +65,13 @@ def manifest(
         "status": list(recipe.status),
         "math": math_of(source),
         "libm": list(source.libm),
-        "promise": promise(source),
+        "promise": promise(recipe, source),
         "flags": list(FLAGS),
         "functions": [one.record for one in functions],
         "loop_bounds": bounds,
         "sizes": {"tables": program.table_bytes, "functions": len(functions)},
         "stack": source.step.stack + 8 * (recipe.state.size + len(recipe.outputs)) + _OWN,
-        "selftest": {"vectors": len(vectors.rows), "blocks": BLOCKS, "steps": STEPS},
+        "selftest": {"vectors": len(vectors.rows), "blocks": len(vectors.digests), "steps": STEPS},
         **recipe.notes,
         **notes,
     }

@@ -1,7 +1,7 @@
 """Self-test of an export: a program in C that compares with what the library answered."""
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen._files.vectors import BLOCKS, SEED, STEPS, Vectors, spread_of
+from sdpgrind.codegen._files.vectors import SEED, STEPS, Vectors, spread_of
 from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._translate.runtime import GUARDS
 
@@ -225,13 +225,20 @@ int main(void)
 """
 
 
+def _units(recipe: Recipe, name: str, folder: bool) -> str:
+    """Return the sources that are compiled with it, beside its own."""
+    program = "" if recipe.program is None else f"{name}_program.c "
+    return program + (f"{name}_math_*.c " if folder else "")
+
+
 def selftest(recipe: Recipe, name: str, vectors: Vectors, folder: bool = False) -> str:
     """Return the text of the self-test; `folder`: answers are those of the C itself."""
     digests = [f"UINT64_C({one:#018x})" for one in vectors.digests]
     return _TEXT.format(
-        reference=THIS_C if folder else "the library", units=f"{name}_math_*.c " if folder else "",
+        reference=THIS_C if folder else "the library", units=_units(recipe, name, folder),
         name=name, upper=name.upper(), guards=GUARDS, rows=len(vectors.rows), inputs=len(recipe.inputs),
-        outputs=len(recipe.outputs), blocks=BLOCKS, steps=STEPS, seed=SEED, digest=f"{vectors.digest:#018x}",
+        outputs=len(recipe.outputs), blocks=len(digests), steps=STEPS, seed=SEED,
+        digest=f"{vectors.digest:#018x}",
         vectors=_vectors(vectors), digests=_columns(digests, 4), spread=_listed(spread_of(recipe)),
         missing=", ".join(str(int(not one)) for one in recipe.finite),
         given="\n".join(f"    in.{one} = row[{k}];" for k, one in enumerate(recipe.inputs)),

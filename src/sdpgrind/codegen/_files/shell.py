@@ -3,7 +3,7 @@
 import inspect
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ _TOP = """\
 {guards}
 
 {definitions}
-
+{solver}
 /* Public functions; see {name}.h. */
 
 void {name}_reset({name}_state *state)
@@ -47,6 +47,13 @@ int32_t {name}_step({name}_state *state, const {name}_input *in, {name}_output *
 {step}
 }}
 """
+
+
+_SOLVER = """
+/* Solves the quadratic program of a step; see {name}_program.c. */
+void {name}_solve(double *room);
+"""
+_DOUBLE = 8  # derived: bytes of a double
 
 
 @dataclass(frozen=True)
@@ -77,6 +84,7 @@ def source_of(recipe: Recipe, name: str, version: str, outside: str = "") -> CSo
     text = _TOP.format(
         name=name, kind=recipe.kind, version=version, fingerprint=recipe.fingerprint, guards=GUARDS,
         definitions=program.definitions(), reset=reset, step=lines,
+        solver="" if recipe.program is None else _SOLVER.format(name=name),
     )  # fmt: skip
     return CSource(text, program, step)
 
@@ -111,17 +119,24 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
     fixed = tuple((int(k), float(recipe.state[k])) for k in recipe.settings)
     state = Value("s", Array(FLOAT64, (recipe.state.size,), (1,), fixed=fixed), root="s")
     after = [program.constant(one, "") for one in recipe.after]
-    values = [state, *constants, *inputs, *after, _row("o", len(recipe.outputs))]
-    function, call = _call(program, recipe.step, values)
+    behind = _row("o", len(recipe.outputs))
+    room = behind if recipe.program is None else _row("room", recipe.program.width)
+    function, call = _call(program, recipe.step, [state, *constants, *inputs, *after, room])
+    calls = [f"status = (int32_t){call};"]
+    if recipe.program is not None:
+        last, finish = _call(program, recipe.finish, [state, *constants, room, behind])
+        function = _both(function, last, recipe.program.width)
+        calls += ["if (status > 0) {", f"    {name}_solve(room);", "}", f"status = (int32_t){finish};"]
     if not isinstance(function.result, Scalar) or function.result.c == "double":
         raise checks.refuse("step", "a kernel that returns a whole number, the status", function.result)
     changes = function.parameters[0] in function.written
     lines = [f"double s[{name.upper()}_STATE_SIZE];", f"double o[{len(recipe.outputs)}] = {{0.0}};"]
+    lines += [] if recipe.program is None else [f"double room[{recipe.program.width}] = {{0.0}};"]
     lines += ["int32_t fault = 0;"] if function.faults else []
     lines.append("int32_t status;")
     for test in _outside(recipe):
         lines += [f"if ({test}) {{", "    return -1;", "}"]
-    lines += ["(void)memcpy(s, state->s, sizeof s);", f"status = (int32_t){call};"]
+    lines += ["(void)memcpy(s, state->s, sizeof s);", *calls]
     if program.checked:
         fault = "fault = -3;" if function.faults else "return -3;"
         outside = f"{name}_outside"
@@ -143,6 +158,14 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
     lines += ["(void)memcpy(state->s, s, sizeof s);"] if changes else []
     lines += [f"out->{one} = o[{k}];" for k, one in enumerate(recipe.outputs)] + ["return status;"]
     return function, "\n".join(one if one.startswith("#") else "    " + one for one in lines)
+
+
+def _both(first: Function, last: Function, width: int) -> Function:
+    """Return what counts of the two functions of a step with a program: its end, what either writes."""
+    changes = first.parameters[0] in first.written
+    written = last.written | ({last.parameters[0]} if changes else frozenset())
+    stack = max(first.stack, last.stack) + _DOUBLE * width
+    return replace(last, faults=first.faults or last.faults, written=written, stack=stack)
 
 
 def _outside(recipe: Recipe) -> Iterator[str]:

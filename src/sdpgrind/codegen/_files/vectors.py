@@ -13,6 +13,7 @@ from sdpgrind.codegen._recipe import Recipe
 
 ROWS = 512  # chosen: rows that are asked of a recipe
 BLOCKS, STEPS = 64, 1000  # chosen: digests of the long run, steps of each; half a second on a computer
+_FEW_BLOCKS = 2  # chosen: of a step with a quadratic program: some seconds in the library
 SEED = 88172645463325252  # source: Marsaglia (2003), Xorshift RNGs
 
 _GREATEST = (-1e308, 1e308)  # chosen: near the greatest doubles
@@ -56,13 +57,13 @@ class LibrarySteps:
         states, codes = np.zeros((count, self.fresh.size)), np.full(count, -1)
         outputs = np.zeros((count, len(recipe.outputs)))
         usable = recipe.usable(rows)
-        step, law, work = recipe.step, recipe.law, self.state.copy()
+        take, work = recipe.take, self.state.copy()
         for k, (row, reset, good) in enumerate(zip(rows.tolist(), resets, usable, strict=True)):
             if reset:
                 self.state[:] = self.fresh
             if good:
                 work[:] = self.state
-                codes[k] = step(work, *law, *row, *recipe.after, outputs[k])
+                codes[k] = take(work, row, outputs[k])
                 if codes[k] >= 0:
                     self.state[:] = work
                 else:
@@ -143,6 +144,11 @@ class Vectors:
         return np.insert(found, np.flatnonzero(self.resets), np.nan, axis=0)
 
 
+def blocks_of(recipe: Recipe) -> int:
+    """Return the number of blocks of `STEPS` of the long run."""
+    return BLOCKS if recipe.program is None else _FEW_BLOCKS
+
+
 def vectors_of(recipe: Recipe, reference: Callable[[], ReferenceSteps] | None = None) -> Vectors:
     """Return the vectors of a recipe, the same at every export; `reference` begins anew (the library)."""
     begin = reference or (lambda: LibrarySteps(recipe))
@@ -150,7 +156,7 @@ def vectors_of(recipe: Recipe, reference: Callable[[], ReferenceSteps] | None = 
     first = begin()
     answers = first.take(rows, resets)
     varied, steps = Varied(recipe, rows, resets), begin()
-    digests = tuple(_digest(steps.take(*varied.take(STEPS))) for _ in range(BLOCKS))
+    digests = tuple(_digest(steps.take(*varied.take(STEPS))) for _ in range(blocks_of(recipe)))
     return Vectors(rows, resets, answers, _digest(answers), digests, first.fresh)
 
 

@@ -27,6 +27,12 @@ def compiled(compiler: str, sources: Sequence[Path], out: Path, *flags: str) -> 
         raise RuntimeError(f"{compiler} refused the export: {told}")
 
 
+def units(folder: Path, name: str) -> list[Path]:
+    """Return the sources of an export that are compiled, but for its self-test."""
+    usual = [folder / f"{name}.c", folder / f"{name}_program.c"]
+    return [*(one for one in usual if one.exists()), *sorted(folder.glob(f"{name}_math_*.c"))]
+
+
 def links(compiler: str, *flags: str) -> bool:
     """Whether a program is built and runs with these flags: libraries of sanitizers come apart."""
     with tempfile.TemporaryDirectory() as kept:

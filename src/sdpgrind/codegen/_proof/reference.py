@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sdpgrind.codegen._files.vectors import ROWS, LibrarySteps, Varied, rows_of
+from sdpgrind.codegen._files.vectors import ROWS, STEPS, LibrarySteps, Varied, blocks_of, rows_of
 from sdpgrind.codegen._proof import compilers
 from sdpgrind.codegen._proof.library import Library
 from sdpgrind.codegen._recipe import Recipe
@@ -55,12 +55,13 @@ def distance(recipe: Recipe, begin: Callable[[], Library]) -> dict[str, Any]:
     Each goes on from its own state, so that differences of last digits may grow, and decisions fall apart.
     """
     rows, resets = rows_of(recipe, np.random.default_rng(0), ROWS)
-    given = Varied(recipe, rows, resets).take(_STEPS)
+    steps = min(_STEPS, STEPS * blocks_of(recipe))
+    given = Varied(recipe, rows, resets).take(steps)
     found, wanted = begin().take(*given), LibrarySteps(recipe).take(*given)
     answered = (found.codes >= 0) & (wanted.codes >= 0)
     pairs = zip(recipe.outputs, found.outputs[answered].T, wanted.outputs[answered].T, strict=True)
     return {
-        "steps": _STEPS,
+        "steps": steps,
         "status_differs": int((np.maximum(found.codes, -1) != np.maximum(wanted.codes, -1)).sum()),
         "largest": {name: _largest(*pair) for name, *pair in pairs},
     }

@@ -32,11 +32,12 @@ from sdpgrind.codegen._translate.views import SizeUnknownError, Views
 EXACT = "sqrt floor ceil fabs trunc copysign rint"
 """Functions of C that IEEE 754 defines to the last bit."""
 LIBM = (
-    "exp log pow sin cos tan asin acos atan atan2 sinh cosh tanh expm1 log1p hypot exp2 log2 log10 cbrt fmod"
+    "exp log pow sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh expm1 log1p hypot exp2"
+    " log2 log10 cbrt fmod"
 )
 """Functions whose last bits are those of the C library."""
 _CALLED = {"abs": "fabs", "absolute": "fabs", "arcsin": "asin", "arccos": "acos", "arctan": "atan"}
-_CALLED |= {"arctan2": "atan2", "power": "pow"}
+_CALLED |= {"arctan2": "atan2", "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh", "power": "pow"}
 _TESTS = {"isnan", "isinf", "isfinite"}
 _KNOWN = {"min", "max", "len", *EXACT.split(), *LIBM.split(), *_CALLED, *_TESTS}
 _ROUNDED = (math.floor, math.ceil, math.trunc)

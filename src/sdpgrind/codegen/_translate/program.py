@@ -129,11 +129,13 @@ class CProgram:
         if kind not in self.structures:
             for one in kind.types:
                 self.spelled(one)
-            self.structures[kind] = self._free(kind.made_by.__name__, self.structures.values())
+            self.structures[kind] = self._free(kind.made_by.__name__)
         return self.structures[kind]
 
-    def _free(self, wanted: str, taken: Any) -> str:
-        name, count, names = f"{self.prefix}_{wanted.strip('_')}", 1, set(taken)
+    def _free(self, wanted: str) -> str:
+        """Return a name that no type, table or function has: C knows but one of each."""
+        name, count = f"{self.prefix}_{wanted.strip('_')}", 1
+        names = {*self.structures.values(), *self.tables, *(one.name for one in self.functions.values())}
         while (name if count == 1 else f"{name}_{count}") in names:
             count += 1
         return name if count == 1 else f"{name}_{count}"
@@ -163,7 +165,7 @@ class CProgram:
         key = (array.dtype.str, array.shape, array.tobytes())
         if key not in self._arrays:
             element = ELEMENTS[array.dtype]
-            place = self._free(name, self.tables)
+            place = self._free(name)
             cells = [_cell(one, element) for one in array.ravel().tolist()] or ["0"]
             rows = [", ".join(cells[k : k + 8]) for k in range(0, len(cells), 8)]
             body = ",\n    ".join(rows)
@@ -262,7 +264,7 @@ class CProgram:
                 return
 
     def _finished(self, body: Statements, kinds: tuple[Type, ...], numbers: Numbers) -> Function:
-        name = self._free(body.kernel.py_func.__name__, [one.name for one in self.functions.values()])
+        name = self._free(body.kernel.py_func.__name__)
         lines = without_unused(merged([*body.tops(), *body.lines]))
         faults = any("fault" in line.text for line in lines)
         result = body.result or Nothing()

@@ -22,7 +22,7 @@ class SmallTable(NamedTuple):
     of a code is `move[code]`. A control is ``coding[code, 0] + coding[code, 1] * control``. The cells with
     lines are sorted, ``first[group]:first[group + 1]`` in `cells` those of the group row * modes + mode;
     number k has the lines ``start[k]:start[k + 1]``. Costs ($) of a line at both ends: ``cost[place]`` with
-    ``cost_coding[stops + code]``, or ``wide[-1 - place]`` where `place[line]` < 0.
+    ``cost_coding[stops + code]``, or ``wide[-1 - place]`` where `place[line]` < 0; `widens`: whether any is.
     """
 
     frame: Any
@@ -40,17 +40,20 @@ class SmallTable(NamedTuple):
     cost: Any
     wide: Any
     cost_coding: Any
+    widens: bool
 
 
 class ToldTable(NamedTuple):
     """Tables told beside the action: ``told[k * rows + row, mode, node]`` of `kind[k]`.
 
-    A number is ``coding[k, 0] + coding[k, 1] * told``, infinite where told is ``coding[k, 2]``.
+    A number is ``coding[k, 0] + coding[k, 1] * told``, infinite where told is ``coding[k, 2]``; `endless`:
+    whether any is.
     """
 
     kind: Any
     told: Any
     coding: Any
+    endless: bool
 
 
 @compiled(error_model="numpy")
@@ -71,7 +74,7 @@ def _numbered(first, cells, group, cell):
 def _crossed(table, row, mode, index):
     """Number of the cell with lines around a point of one axis (-1: none), and the position in it."""
     cell = max(0, min(int(np.floor(index)), table.shape[0] - 2))
-    part = min(max(index - cell, 0.0), 1.0)
+    part = min(max(0.0, index - cell), 1.0)
     if not 0.0 < part < 1.0:
         return -1, part
     return _numbered(table.first, table.cells, row * table.code.shape[1] + mode, cell), part
@@ -86,7 +89,7 @@ def _decoded(coding, number, stored):
 def _height(table, line, part):
     """Cost ($) of a line at a position in its cell."""
     place = int(table.place[line])
-    if place < 0:
+    if table.widens and place < 0:
         left, right = np.float64(table.wide[-1 - place, 0]), np.float64(table.wide[-1 - place, 1])
         return (1 - part) * left + part * right
     number = table.line_code[line] + table.cost_coding.shape[0] - table.coding.shape[0]
@@ -182,7 +185,9 @@ def act_small_log_at(table, mode, time, x, y, z):
 @compiled(error_model="numpy")
 def _told_at_node(tables, k, row, mode, node):
     stored = np.float64(tables.told[k * (tables.told.shape[0] // tables.kind.size) + row, mode, node])
-    return np.inf if stored == tables.coding[k, 2] else _decoded(tables.coding, k, stored)
+    if tables.endless and stored == tables.coding[k, 2]:
+        return np.inf
+    return _decoded(tables.coding, k, stored)
 
 
 @compiled(error_model="numpy")

@@ -137,7 +137,7 @@ def small_of(solution: Solution, precision: str, told: tuple[str, ...] = ()) -> 
     line_control, cost, wide = lines.arrays
     table = SmallTable(
         frame_of(solution), solution.shape, codes_of[0], control, coding, codes_of[1], first, cells, start,
-        codes_of[2], line_control, place, cost, wide, lines.coding,
+        codes_of[2], line_control, place, cost, wide, lines.coding, bool(np.any(lines.place < 0)),
     )  # fmt: skip
     read = np.where(code < 0, np.nan, decoded(control, own))
     return Small(precision, table, _told(solution, rounding, told), read)
@@ -209,10 +209,11 @@ def _told(solution: Solution, rounding: Rounding, names: tuple[str, ...]) -> Tol
     coding = rounding.coding([table.ravel() for table in tables])
     coding[np.isnan(coding[:, 0])] = 0.0, 1.0  # of infinities alone
     none = float(-LARGEST - 1) if rounding.whole else np.nan
+    endless = [rounding.whole & np.isinf(table) for table in tables]
     parts: list[Any] = []
-    for table, one in zip(tables, coding, strict=True):
+    for table, one, never in zip(tables, coding, endless, strict=True):
         stored = rounding.stored(table, np.broadcast_to(one, (*table.shape, 2)))
-        endless = rounding.whole & np.isinf(table)
-        parts.append(np.where(endless, none, stored).astype(rounding.kind))
+        parts.append(np.where(never, none, stored).astype(rounding.kind))
     kind = np.array([_TOLD[name] for name in names], dtype=np.int8)
-    return ToldTable(kind, np.concatenate(parts), np.column_stack([coding, np.full(len(names), none)]))
+    coding = np.column_stack([coding, np.full(len(names), none)])
+    return ToldTable(kind, np.concatenate(parts), coding, bool(np.any(endless)))

@@ -1,22 +1,26 @@
 """Predictive controller: a linear law within limits, a quadratic program (OSQP) at them."""
 
-from math import inf, isnan
-from typing import Any, NoReturn, Self
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-import osqp
-import scipy.sparse
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.states import width
+from sdpgrind.codegen import StepProgram
 from sdpgrind.weldbead.force._controller import ForceController
 from sdpgrind.weldbead.force._limits import Limits
 from sdpgrind.weldbead.force._predictive import Predictive
+from sdpgrind.weldbead.force._predictive_kernels import BEHIND, BIG, PredictiveCore, answer, ask
 from sdpgrind.weldbead.force._reference import Trajectory
 
+if TYPE_CHECKING:
+    from sdpgrind.codegen import Recipe
+
+_LEAST = 0.01  # chosen: N, between limits; OSQP takes 1e-4 and less, scaled, for an equation
 # N, chosen: error of force by which OSQP scales the cost. measured: 3 and 100 take up to 4 times as long
 _TYPICAL = 10.0
-_BIG = 1e20  # chosen: stands for no limit; OSQP takes 1e30 and more for infinite
 _SLACK_WEIGHT = 1e3  # chosen: weight of missing contact force; errors of force weigh 1
 # Code that OSQP generates does not polish, so neither does this; nothing depends on a clock or on earlier
 # samples. chosen: iterations between looks at the error. measured: 479 programs of four loops at their limits
@@ -85,9 +89,19 @@ class PredictiveController(ForceController):
         """Quadratic programs that were solved and that were not, a whole number each."""
         return self._solved, self._unsolved
 
-    def __export__(self) -> NoReturn:
-        """Refuse: the quadratic program (N, mm) is not exported; units do not matter."""
-        raise TypeError("a PredictiveController is not exported: its quadratic program is solved by OSQP")
+    def __export__(self) -> "Recipe":
+        """Return what `sdpgrind.export` writes: a pass along the plan, and the program by OSQP's code."""
+        from sdpgrind.weldbead.force._recipe import predictive_recipe
+
+        if self._plan is None:
+            raise checks.refuse("plan", "given at the start: set-points are not exported", None)
+        core = self._core
+        room = core.stiffness * min(core.high - core.low, 2.0 * core.rate)
+        if room < _LEAST:
+            rule = f"{_LEAST:g} N apart at least: narrower ones are equations to OSQP, but not in its C"
+            raise checks.refuse("limits", rule, room, "N")
+        program = self._program(self._predicts.rows)
+        return predictive_recipe(super().__export__(), self._predicts, program, len(self._estimate))
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_solver": None}
@@ -100,78 +114,38 @@ class PredictiveController(ForceController):
     def _restart(self) -> None:
         super()._restart()
         self._estimate = np.zeros(self._predictive.drifting.order)
-        self._lost = 0
+
+    @cached_property
+    def _predicts(self) -> PredictiveCore:
+        """Constants of the sample, mm and N."""
+        law, core = self._predictive, self._core
+        model, drift, look = law.scaled, law.drifting, law.prediction
+        return PredictiveCore(
+            *(model.A, model.B, model.C, drift.A, drift.B, drift.C, law.corrects),
+            *(look.free, look.held, look.moves, look.gain, self._rows()),
+            *(
+                core.stiffness,
+                core.low,
+                core.high,
+                core.rate,
+                core.contact,
+                float(core.patience),
+                core.approach,
+            ),
+        )
 
     def _command(self, force: float, demand: float, position: float, time: float) -> float:
         """Command of one sample, mm; the loop model's state is kept as in `ForceController`."""
-        law, model, stiffness = self._predictive, self._loop.plant.sampled, self._loop.plant.contact_stiffness
-        m = self._loop.law.system.order
-        foreseen, rest = self._state[m : m + model.order], self._state[m + model.order :]
-        wanted = float(law.scaled.C @ foreseen)
-        lost = self._without_contact(force, wanted)
-        held = stiffness * rest[0]
-        if not (lost or isnan(force)):
-            self._estimate += law.corrects * (force - wanted - float(law.drifting.C @ self._estimate))
-        change = self._first_move(held, position, foreseen, time)
-        command = (
-            rest[1] + min(self._core.approach, self._core.rate)
-            if lost
-            else position + (held + change) / stiffness
-        )
-        command = self._within(command, rest[1])
-        foreseen[:] = law.scaled.A @ foreseen + law.scaled.B * demand
-        self._estimate = law.drifting.A @ self._estimate + law.drifting.B * stiffness * (command - position)
-        rest[0], rest[1] = command - position, command
-        return command
-
-    def _without_contact(self, force: float, wanted: float) -> bool:
-        limits = self._limits
-        self._lost = self._lost + 1 if force < limits.contact_force < wanted else 0
-        return self._lost >= limits.patience
-
-    def _within(self, command: float, last: float) -> float:
-        core = self._core
-        if not isnan(last):
-            command = min(max(command, last - core.rate), last + core.rate)
-        return float(min(max(command, core.low), core.high))
-
-    def _first_move(self, held: float, position: float, foreseen: Floats, time: float) -> float:
-        """First change of the correction within limits over the horizon, N."""
-        look = self._predictive.prediction
-        base = look.free @ self._estimate + look.held * held
-        moves = -look.gain @ base
-        low, high, rows = self._bounds(held, position, foreseen, base, time)
-        reached = rows @ np.append(moves, 0.0)
-        if np.all(reached >= low - 1e-9) and np.all(reached <= high + 1e-9):
-            return float(moves[0])
-        found = self._solve(np.append(look.moves.T @ base, 0.0), low, high, rows, np.append(moves, 0.0))
-        return float(found if found is not None else moves[0])
-
-    def _bounds(
-        self, held: float, position: float, foreseen: Floats, base: Floats, time: float
-    ) -> tuple[Floats, Floats, Floats]:
-        """Limits of command, rate, contact and slack over the horizon, N of the correction."""
-        n, stiffness, core = self._predictive.horizon, self._loop.plant.contact_stiffness, self._core
-        ahead = [self._ahead(time + k * self.period) for k in range(n)]
-        planned = np.array([position, *(each[1] for each in ahead[1:])])
-        command = stiffness * np.vstack([core.low - planned, core.high - planned]) - held
-        correction, last = self._state[-4:-2]
-        first = isnan(last)
-        shift = stiffness * np.diff(planned, prepend=position if first else last - correction)
-        room = inf if first else stiffness * core.rate
-        free = self._forecast(foreseen, [each[0] for each in ahead])
-        contact = np.where(free > self._limits.contact_force, self._limits.contact_force - free - base, -inf)
-        low = np.concatenate([command[0], -room - shift, contact, [0.0]])
-        high = np.concatenate([command[1], room - shift, np.full(n, inf), [inf]])
-        return low, high, self._rows()
-
-    def _forecast(self, foreseen: Floats, demands: list[float]) -> Floats:
-        """Readings of the next samples if everything goes as planned, N."""
-        model, state, out = self._predictive.scaled, foreseen, np.empty(len(demands))
-        for k, demand in enumerate(demands):
-            state = model.A @ state + model.B * demand
-            out[k] = model.C @ state
-        return out
+        n, core = self._predictive.horizon, self._predicts
+        ahead = np.array([self._ahead(time + k * self.period) for k in range(n)])
+        room = np.zeros(8 * n + 4 + width(BEHIND))
+        demands, positions = np.ascontiguousarray(ahead.T)
+        if ask(core, self._state, self._estimate, room, force, demands, positions):
+            ends = np.cumsum([n + 1, 3 * n + 1, 3 * n + 1, n + 1])
+            linear, low, high, moves, _ = np.split(room, ends)
+            found = self._solve(linear, low, high, core.rows, moves)
+            moves[0] = moves[0] if found is None else found
+        return float(answer(core, self._state, self._estimate, room))
 
     def _rows(self) -> Floats:
         n, moves = self._predictive.horizon, self._predictive.prediction.moves
@@ -183,24 +157,18 @@ class PredictiveController(ForceController):
     def _solve(self, linear: Floats, low: Floats, high: Floats, rows: Floats, guess: Floats) -> float | None:
         """First change of the program's solution, N; None: not solved."""
         if self._solver is None:
-            self._solver = self._prepared(rows)
-        self._solver.update(q=linear, l=np.maximum(low, -_BIG), u=np.minimum(high, _BIG))
-        self._solver.warm_start(x=guess, y=np.zeros(len(low)))
-        result = self._solver.solve(raise_error=False)
-        if result.info.status_val != 1:
+            self._solver = self._program(rows).solver()
+        found = StepProgram.solved(self._solver, linear, low, high, guess)
+        if found is None:
             self._unsolved += 1
             return None
         self._solved += 1
-        return float(checks.number("x", float(result.x[0])))
+        return float(checks.number("x", float(found[0])))
 
-    def _prepared(self, rows: Floats) -> Any:
-        """Return a solver, scaled for `_TYPICAL` all along: no sample depends on which one came first."""
-        n, size, look = self._predictive.horizon, len(rows), self._predictive.prediction
+    def _program(self, rows: Floats) -> StepProgram:
+        """Program of a sample, scaled for errors of `_TYPICAL`."""
+        n, look = self._predictive.horizon, self._predictive.prediction
         hessian = np.zeros((n + 1, n + 1))
         hessian[:n, :n], hessian[n, n] = look.hessian, _SLACK_WEIGHT
-        matrices = scipy.sparse.csc_matrix(np.triu(hessian)), scipy.sparse.csc_matrix(rows)
-        solver = osqp.OSQP()
         linear = np.append(look.moves.T @ np.full(n, _TYPICAL), 0.0)
-        free = {"q": linear, "l": np.full(size, -_BIG), "u": np.full(size, _BIG)}
-        solver.setup(P=matrices[0], A=matrices[1], **free, **_SETTINGS)
-        return solver
+        return StepProgram(hessian, rows, linear, _SETTINGS, BIG, width(BEHIND))

@@ -1,15 +1,20 @@
 """What is exported of a force controller: its law, and readings of passes for the self-test."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.states import floats
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, StepProgram
 from sdpgrind.weldbead.force._kernels import ControlCore, exported_step
 from sdpgrind.weldbead.force._pass_kernels import PASS, SETTINGS, exported_pass
+from sdpgrind.weldbead.force._predictive_kernels import (
+    PredictiveCore,
+    exported_answer,
+    exported_ask,
+)
 from sdpgrind.weldbead.force._reference import ForceReference
 
 _INPUTS = {"force": "N", "normal_force_plan": "N", "position_plan": "mm"}
@@ -80,6 +85,23 @@ def pass_recipe(
         vectors=passes.chains,
         spread=(_SPREAD * force_max, 0.3 * float(settings["period"]), _SPREAD),
         kind="ForceController",
+    )
+
+
+def predictive_recipe(recipe: Recipe, core: PredictiveCore, program: StepProgram, order: int) -> Recipe:
+    """Return what is exported of a predictive controller with a plan, of that of its loop (N, s, mm).
+
+    `order`: entries of the estimate, behind the state of the loop.
+    """
+    return replace(
+        recipe,
+        step=exported_ask,
+        finish=exported_answer,
+        program=program,
+        law=(core, *recipe.law[1:]),
+        state=np.concatenate([recipe.state, np.zeros(order)]),
+        equations="least squares of force errors and moves over a horizon, within limits",
+        kind="PredictiveController",
     )
 
 
