@@ -7,8 +7,8 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from sdpgrind.base import checks
-from sdpgrind.codegen._files.shell import GUARDS
 from sdpgrind.codegen._program import StepProgram
+from sdpgrind.codegen._translate.runtime import GUARDS
 
 LICENSE = "osqp_license.txt"
 _INCLUDE = re.compile(r'\s*#\s*include\s+[<"]([^">]+)[">]')
