@@ -81,7 +81,8 @@ class Exported:
         Numbers are compared in the units of the thing (mm, s, N).
 
         State, outputs and status are compared after every step. Inputs are those of the self-test, varied
-        anew: with missing readings, outliers and restarts.
+        anew: with missing readings, outliers and restarts. An export with elementary functions from a folder
+        (``math``) is compared with its own C, built here at -O0, since the library has other last digits.
 
         Parameters
         ----------
