@@ -18,7 +18,7 @@ from unittest import mock
 
 import numpy as np
 from exports_mutants import FLAGS, mutants
-from exports_things import THINGS, bead, cycle, ring, torque, walk
+from exports_things import THINGS, along, bead, cycle, ring, torque
 from measure import clock
 
 import centering
@@ -60,7 +60,7 @@ def loops(parts: int) -> None:
             ("bead", _bead),
             ("cycle", _cycle),
             ("torque", _torque),
-            ("walk", _walk),
+            ("along", _along),
             ("ring", _ring),
         ):
             pairs = run(Path(kept) / name, parts)
@@ -96,8 +96,8 @@ def _torque(place: Path, parts: int) -> tuple[Any, Any]:
     return tuple(hwsim.run(plant, one, parts=parts, rng=0) for one in (made.controller(), controller))
 
 
-def _walk(place: Path, parts: int) -> tuple[Any, Any]:
-    controller = walk()
+def _along(place: Path, parts: int) -> tuple[Any, Any]:
+    controller = along()
     plant, made = hwsim.AdaptiveGrinder(controller.curve.problem), sdpgrind.export(controller, place)
     return tuple(hwsim.run(plant, one, parts=parts, rng=0) for one in (made.controller(), controller))
 
