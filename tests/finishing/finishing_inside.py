@@ -8,6 +8,7 @@ from sdpgrind.finishing.arm import _spin_kernels as spin_kernels
 from sdpgrind.finishing.arm import _spin_states as spin_states
 from sdpgrind.finishing.arm import _spin_sweep as spin_sweep
 from sdpgrind.finishing.arm._heading import check_corners, pitch_cosine
+from sdpgrind.finishing.arm._spin_course import CourseTask
 from sdpgrind.finishing.path import _hilbert as hilbert
 from sdpgrind.finishing.path import _spacing as spacing
 from sdpgrind.finishing.path._arc_kernels import inverted, travelled
@@ -59,6 +60,7 @@ __all__ = [
     "QUARTER_WEIGHTS",
     "SCANS",
     "TABLES",
+    "CourseTask",
     "LimitedRun",
     "Nearest",
     "Square",

@@ -1,8 +1,10 @@
 """The sweep over turns of a tool: its twin, all sequences, parts, and what no way leads to."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from finishing_inside import spin_choice, spin_kernels, spin_states, spin_sweep
+from finishing_inside import CourseTask, spin_choice, spin_kernels, spin_states, spin_sweep
 from spin_twins import Candidates, all_sequences, recursion
 
 from sdpgrind import finishing
@@ -137,3 +139,31 @@ def test_nothing_leads_on():
         ValueError, match=r"no turn of the tool takes poses\[\d+\]: of 48 candidates \d+ reach"
     ):
         spin_choice.spun_choices(UR10, poses, length, spin_states.spins_of(6))
+
+
+def shared_by_two(low, high):
+    """A robot of two slides that share a way: one is at s + v, the other at v, from `low` to `high`."""
+    robot = SimpleNamespace(
+        names=("a", "b"), units=("mm", "mm"), position_min=(-9.0, low), position_max=(9.0, high),
+        speed_max=(1.0, 1.0), singularities=lambda joints: {"none": np.ones(joints.shape[:-1])},
+    )  # fmt: skip
+    length = np.linspace(0.0, 10.0, 101)
+
+    def solved(_, values):
+        return np.stack([length / 10 + values[:, 0], values[:, 0]], axis=-1)[:, None]
+
+    states = SimpleNamespace(
+        robot=robot, values=np.array([[-2.0], [2.0]]), around=False, solved=solved
+    )
+    return CourseTask(states, np.empty((101, 4, 4)), length, 0), length
+
+
+@pytest.mark.parametrize(("low", "high", "least"), [(-9.0, 9.0, 0.5), (-0.25, 0.05, 0.58)])
+def test_steps_are_smoothed_where_a_limit_is_in_the_way(low, high, least):
+    """By hand: each takes half of the way; or the second all that its limits leave: 0.7^2 + 0.3^2."""
+    task, length = shared_by_two(low, high)
+    steps = -0.1 * np.floor(length / 4.0)[:, None]
+    course = task.smoothed(steps)
+    motion = (np.diff(course.joints, axis=0) ** 2).sum() / 0.1
+    assert 10 * motion == pytest.approx(least, rel=1e-3)  # limits are kept from inside, by 2e-4 of a range
+    assert low <= course.joints[:, 1].min() and course.joints[:, 1].max() <= high

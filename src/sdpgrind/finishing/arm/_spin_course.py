@@ -29,7 +29,14 @@ _ROUNDS = 6  # chosen: of coefficients left out at the ends of their range; two 
 _DONE = 1e-5  # chosen: relative gain of a step that is none
 _TINY = 1e-4  # chosen: share of a freedom's range (of a turn) for differences; their error is some 1e-8
 _INSIDE = 2e-4  # chosen: share of a range by which limits are approached from inside
-_WEIGHTS = (0.0, 1e4, 1e7)  # chosen: of squared excess against motion, raised until the limits are kept
+_WEIGHTS = (
+    1.0,
+    30.0,
+    1e3,
+    3e4,
+    1e6,
+    1e8,
+)  # chosen: of squared excess against motion, raised till it is gone
 _RIDGE = 1e-9  # chosen: share of the normal matrix that leaves a solution where a freedom moves no joint
 
 
@@ -75,16 +82,21 @@ class CourseTask:
         return self._course(found) if found.excess == 0.0 else None
 
     def smoothed(self, values: Floats) -> SmoothCourse | None:
-        """Return the course near values (m, f), of little motion and within limits; None: there is none."""
+        """Return the course near values (m, f), of little motion and within limits; None: there is none.
+
+        Where the least motion leaves the limits, they count little at first, and more from round to round:
+        held to them from the beginning, steps of the values stay.
+        """
         start = self._tried(_fitted(self.basis, values))
-        best: _TriedCourse | None = None
-        for weight in _WEIGHTS:
-            found = self._descended(start, weight)
-            kept = [each for each in (start, found) if each.excess == 0.0 and np.isfinite(each.motion)]
-            if kept:
-                best = min(kept, key=lambda each: each.motion)
-                break
-        return None if best is None else self._course(best)
+        found = self._descended(start, 0.0)
+        if not _kept(found):
+            found = start
+            for weight in _WEIGHTS:
+                found = self._descended(found, weight)
+                if _kept(found):
+                    break
+        kept = [each for each in (start, found) if _kept(each)]
+        return self._course(min(kept, key=lambda each: each.motion)) if kept else None
 
     def _course(self, found: _TriedCourse) -> SmoothCourse:
         columns = found.coefficients.T
@@ -207,6 +219,11 @@ class CourseTask:
     def _spread(self, slopes: Floats) -> csr_array:
         """Slopes (m, f) over values as rows over the coefficients of all free values."""
         return hstack([diags_array(column) @ self.basis for column in slopes.T]).tocsr()
+
+
+def _kept(tried: _TriedCourse) -> bool:
+    """Whether a course keeps the limits."""
+    return tried.excess == 0.0 and bool(np.isfinite(tried.motion))
 
 
 def _beyond(value: Floats, low: Floats | float, high: Floats | float, inside: float) -> Floats:
