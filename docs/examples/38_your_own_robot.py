@@ -117,5 +117,47 @@ turning.plot()
 print(f"program: {turning.program('urscript', name='ball').check()}")
 
 # %%
+# Axes that carry the work
+# ------------------------
+# The work may lie on a turntable or on a table that slides. ``mounted`` makes them the last joints of a robot. The planner
+# chooses their positions along the path from candidates, 24 angles of a turntable, together with the branch; then they become
+# smooth as the turn of a tool does, or are held where that is faster. Here the tool goes twice around a shaft, which lies along y
+# at 1050 mm ahead: its far side is out of reach. Placement and azimuth are those with the turntable at zero.
+s = 0.5**0.5
+around = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
+shaft = finishing.Surface.nurbs(
+    [[(40.0 * x, y, 40.0 * z) for y in (0.0, 12.0)] for x, z in around],
+    np.tile([[1.0], [s], [1.0], [s], [1.0], [s], [1.0], [s], [1.0]], 2),
+    degree=(2, 1),
+    knots=([0, 0, 0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1, 1, 1], [0, 0, 1, 1]),
+    outward=-1,
+)
+rests = problem.replace(
+    path=finishing.zigzag(shaft, pitch=11.9), azimuth=np.pi / 2, placement=(1050.0, -6.0, 300.0)
+)
+try:
+    finishing.plan(rests)
+except ValueError as error:
+    print(error)
+turntable = finishing.arm.Turntable(
+    (1050.0, 0.0, 300.0), (0, 1, 0), speed_max=1.0, acceleration_max=5.0, jerk_max=50.0
+)
+carried = finishing.plan(
+    rests.replace(robot=finishing.arm.mounted(robot, turntable=turntable)), method="min_time"
+)
+print(carried)
+print(dict(zip(carried.problem.robot.names, np.ptp(carried.joints, axis=0).round(2).tolist(), strict=True)))
+carried.plot()
+
+# %%
+# Programs that keep the time, ``"csv"`` and ``"ros"``, tell all joints; the others refuse, as their moves know the work at rest.
+# ``place`` refuses, too: where the work lies on the turntable is yours to say. So that a path once more in the same direction is
+# possible, a turntable has limits of a turn either way unless you give others.
+check = carried.program("ros", name="shaft").check()
+print(
+    f"program: {check.deviation:.1g} mm off, joint speeds {100 * check.joint_speed_excess:+.0f} % of their limits"
+)
+
+# %%
 # A robot of any other kind is a class that derives from :py:obj:`sdpgrind.finishing.Robot` and has its members: names,
 # units and limits of the joints, ``forward``, ``forward_work`` and ``solutions``. It is planned as these are.

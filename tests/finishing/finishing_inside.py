@@ -1,5 +1,8 @@
 """What the tests of finishing reach inside the area."""
 
+from sdpgrind.finishing._plant.course import course_of
+from sdpgrind.finishing._plant.kernels import WEIGHT
+from sdpgrind.finishing._problem import joint_runs
 from sdpgrind.finishing._program.course import lifted
 from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing.arm import _kinematics_kernels as kinematics_kernels
@@ -60,6 +63,7 @@ __all__ = [
     "QUARTER_WEIGHTS",
     "SCANS",
     "TABLES",
+    "WEIGHT",
     "CourseTask",
     "LimitedRun",
     "Nearest",
@@ -74,6 +78,7 @@ __all__ = [
     "closest",
     "coefficients",
     "confounding",
+    "course_of",
     "creases",
     "distance_field",
     "double_s_law",
@@ -92,6 +97,7 @@ __all__ = [
     "inverted",
     "jerk_limited",
     "jerk_program",
+    "joint_runs",
     "kinematics_kernels",
     "knots_of",
     "law_of",

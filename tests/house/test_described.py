@@ -304,6 +304,10 @@ def stated_twice(source, declared):
 
 ARGUMENTS = {
     "hwsim/command/_finishing/toml.py": [("amplitude", "mm"), ("phase", "rad")],  # of wave
+    "hwsim/command/_finishing/robot_toml.py": [
+        ("acceleration_max", "rad/s^2"),
+        ("jerk_max", "rad/s^3"),
+    ],  # of from_urdf
     "hwsim/command/_finishing/surface_toml.py": [("margin", "mm"), ("radius", "mm")],  # of zigzag
     "hwsim/command/_centering/toml.py": [("spindle_speed", "rad/s")],  # of plan
 }

@@ -153,7 +153,7 @@ def shared_by_two(low, high):
         return np.stack([length / 10 + values[:, 0], values[:, 0]], axis=-1)[:, None]
 
     states = SimpleNamespace(
-        robot=robot, values=np.array([[-2.0], [2.0]]), around=False, solved=solved
+        robot=robot, values=np.array([[-2.0], [2.0]]), around=np.array([False]), solved=solved
     )
     return CourseTask(states, np.empty((101, 4, 4)), length, 0), length
 

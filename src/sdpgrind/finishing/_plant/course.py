@@ -35,7 +35,8 @@ def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: flo
     poses, table = robot.forward_work(rows[:, 1:]), _table(robot, rows[:, 1:])
     if problem.turn:  # in the frame of the surface
         poses, table = placed(poses, (0.0, 0.0, 0.0, -problem.turn)), turned(table, -problem.turn)
-    course = _course(problem, rows[:, 0], poses, tree.data[0], weight)
+    course = _course(problem, rows[:, 0], poses, tree.data[0])
+    course[:, at.WEIGHT] = _weights(problem, robot.forward(rows[:, 1:]), weight)
     course[:, at.TABLE : at.TABLE + 2] = table[:, :2]
     nearest = _nearest(course, tree)
     if isinstance(problem.path, LiftedCourse):
@@ -54,12 +55,20 @@ def _table(robot: Robot, joints: Floats) -> Floats:
 def standing(problem: FinishingProblem, first: PathSamples, weight: float) -> Floats:
     """Two rows of a tool that stands at the beginning of the path, `first`."""
     poses = np.repeat(problem.tool_poses(first), 2, axis=0)
-    course = _course(problem, np.array([0.0, 1.0]), poses, first.point[0], weight)
+    course = _course(problem, np.array([0.0, 1.0]), poses, first.point[0])
+    course[:, at.WEIGHT] = _weights(problem, poses, weight)
     course[:, at.CLEARANCE] = first.clearance[0]
     return course
 
 
-def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Floats, weight: float) -> Floats:
+def _weights(problem: FinishingProblem, poses: Floats, weight: float) -> Floats:
+    """Torques of the weight at poses in a frame whose z is up, N m; `weight`: that held level, N m."""
+    side = 1.0 if problem.pushed else -1.0
+    out: Floats = -weight * side * poses[:, 2, 0]
+    return out
+
+
+def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Floats) -> Floats:
     """Tip, normal and azimuth from tool poses in a frame parallel to the surface's; `start`: of the path."""
     side = 1.0 if problem.pushed else -1.0
     c, s = np.cos(problem.contact_angle), np.sin(problem.contact_angle)
@@ -69,7 +78,6 @@ def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Float
     course[:, at.TIP : at.TIP + 3] = tip - tip[0] + start
     course[:, at.NORMAL : at.NORMAL + 3] = turn @ np.array([-side * c, 0.0, -s])
     course[:, at.AZIMUTH : at.AZIMUTH + 3] = turn @ np.array([-s, 0.0, side * c])
-    course[:, at.WEIGHT] = -weight * side * turn[:, 2, 0]
     course[:, at.AHEAD : at.CLEARANCE] = _directions(tip)
     return course
 

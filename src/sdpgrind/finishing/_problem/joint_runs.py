@@ -13,6 +13,7 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._branches import TurnError
 from sdpgrind.finishing.arm._choice import RobotChoice, choose
 from sdpgrind.finishing.arm._heading import check_corners, corner_jumps
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._spin_choice import spun_choices
 from sdpgrind.finishing.arm._spin_states import spins_of
@@ -78,32 +79,44 @@ def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[RobotCh
     if problem.heading == "feed_aligned":
         _refuse_corners(problem, np.split(poses, _turns(samples, poses)))
     place = problem.placement if problem.placement is not None else _centred(problem, poses)
-    if problem.spin != ():
-        return _spun(problem, placed(poses, place), samples), place
+    if chosen_along(problem):
+        return _along(problem, placed(poses, place), samples), place
     return _chosen(problem, problem.robot, placed(poses, place)), place
 
 
 def check_ends(problem: FinishingProblem) -> None:
     """Raise where ends of legs are out of reach or limits, before the long sampling."""
-    if problem.heading == "fixed" and problem.spin == ():
+    if problem.heading == "fixed" and not chosen_along(problem):
         with suppress(CoarsePosesError):
             posture_of(problem, problem.path.sample(per_leg=1))
 
 
-def _spun(problem: FinishingProblem, poses: Floats, samples: PathSamples) -> RobotChoice:
-    """Branch, turn of the tool and redundant freedoms: turning along the path, or held if that is faster.
+def chosen_along(problem: FinishingProblem) -> bool:
+    """Whether freedoms are chosen from pose to pose: turns of the tool, positions of axes under the work."""
+    return problem.spin != () or isinstance(problem.robot, MountedRobot)
 
-    Compared are bounds without limits of jerk: where the tool turns with less travel, a joint may have to
+
+def _along(problem: FinishingProblem, poses: Floats, samples: PathSamples) -> RobotChoice:
+    """Branch and redundant freedoms: changing along the path, or held if that is faster.
+
+    Compared are bounds without limits of jerk: where a freedom changes with less travel, a joint may have to
     accelerate more.
     """
+    spins = spins_of(problem.spin or (0.0,))
     try:
-        found = spun_choices(problem.robot, poses, samples.length, spins_of(problem.spin))
+        found = spun_choices(problem.robot, poses, samples.length, spins)
     except ValueError as error:
-        raise PostureError(f"spin must leave the robot a way: try another placement ({error})") from None
-    if len(found) == 1:
-        return found[0]
+        what = "spin" if problem.spin != () else "candidates of the axes"
+        raise PostureError(f"{what} must leave the robot a way: try another placement ({error})") from None
     limits, feeds = limits_of(problem, "min_time")[0], feeds_of(problem, samples)
-    return min(found, key=lambda each: lower_bound(runs_of(samples, each.joints), limits, feed_rate=feeds))
+    best = found[0]
+    if len(found) > 1:
+        best = min(
+            found, key=lambda each: lower_bound(runs_of(samples, each.joints), limits, feed_rate=feeds)
+        )
+    if problem.spin == ():
+        return best._replace(free={name: value for name, value in best.free.items() if name != "spin"})
+    return best
 
 
 def _chosen(problem: FinishingProblem, robot: Robot, poses: Floats) -> RobotChoice:

@@ -15,7 +15,7 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.sheets.blocks import AmountTable, figures
 from sdpgrind.finishing._problem.joint_runs import least_duration
-from sdpgrind.finishing._problem.motion_rows import VARYING
+from sdpgrind.finishing._problem.motion_rows import columns_of
 from sdpgrind.finishing._problem.placed import turned
 from sdpgrind.finishing._problem.posture import Posture, posture_of_file, written
 from sdpgrind.finishing._problem.problem import FinishingProblem, check_pressed
@@ -293,7 +293,7 @@ class Motion(Plan):
         Parameters
         ----------
         target : {"urscript", "rapid", "krl", "csv", "ros"}
-            Language of the controller. All but "csv" and "ros" need a `SerialRobot`; ROS
+            Language of the controller. All but "csv" and "ros" need a `SerialRobot` whose work rests; ROS
             knows joints by `robot.names`: those of a URDF, or of ``robot.replace(names=...)``.
         deviation : float
             Greatest distance of the contact from the plan, and of a turn of the tool times the lever arm,
@@ -353,17 +353,17 @@ class Motion(Plan):
         told = {"problem": stored.encode(self.problem), "method": self.method}
         if self.other_law:
             told["other_law"] = self.other_law
-        told["posture"] = written(self.posture, self._data)
+        told["posture"] = written(self.posture, columns_of(self._data, self.posture.free))
         told["worst_violation"] = json.dumps(self.worst_violation)
         return self._data.assign_attrs(told)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
         told = dataset.attrs
-        columns = {name: np.asarray(dataset[name].values) for name in VARYING if name in dataset}
+        problem, method = stored.decode(told["problem"]), str(told["method"])
+        columns = columns_of(dataset, [freedom.name for freedom in problem.robot.redundancy])
         posture = posture_of_file(json.loads(told["posture"]), dataset.sizes["row"], columns)
         worst = Violation(*json.loads(told["worst_violation"]))
-        problem, method = stored.decode(told["problem"]), str(told["method"])
         other = str(told.get("other_law", ""))  # not in files of version 0.1.0
         return cls(problem, method, posture, worst, dataset.drop_attrs(deep=False), other)
 

@@ -1,6 +1,6 @@
 """Rows of a motion: joints, feed and lever of all runs in sequence."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -54,18 +54,27 @@ def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[Ti
 def with_freedoms(
     table: xr.Dataset, free: Mapping[str, float | BSpline]
 ) -> tuple[dict[str, Floats], xr.Dataset]:
-    """Return the values (m,) of redundant freedoms in all rows, and the rows with those that vary."""
-    length = table["length"].values
+    """Return the values (m,) of redundant freedoms in all rows, and the rows with those that vary.
+
+    Those of axes that carry the work are joints, of which the rows have them.
+    """
+    length, joints = table["length"].values, columns_of(table, free)
     values = {
         name: value(length) if isinstance(value, BSpline) else np.full(length.size, value)
         for name, value in free.items()
+        if name not in joints
     }
     varying = {
-        name: ("row", values[name], VARYING[name])
-        for name, value in free.items()
-        if isinstance(value, BSpline)
+        name: ("row", values[name], VARYING[name]) for name in values if isinstance(free[name], BSpline)
     }
-    return values, table.assign(varying) if varying else table
+    return values | joints, table.assign(varying) if varying else table
+
+
+def columns_of(table: xr.Dataset, free: Iterable[str]) -> dict[str, Floats]:
+    """Values (m,) of the freedoms that are in the rows: columns, and joints."""
+    joints = table["joint"].values.tolist()
+    held = {name: table["joints"].values[:, joints.index(name)] for name in free if name in joints}
+    return held | {name: np.asarray(table[name].values) for name in VARYING if name in table}
 
 
 def _times(law: TimeLaw) -> Floats:

@@ -11,6 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.joint_runs import PostureError, check_ends, posture_of, samples_of
 from sdpgrind.finishing._problem.problem import FinishingProblem
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._spin_states import spins_of
 from sdpgrind.finishing.placement._grid import FREE, grid, in_base, sifted
 from sdpgrind.finishing.placement._placement import Placement
@@ -62,7 +63,8 @@ def place(
     Raises
     ------
     ValueError
-        When the box is not two corners (mm), or a heading "feed_aligned" meets sharp corners of the path.
+        When the box is not two corners (mm), a heading "feed_aligned" meets sharp corners of the path, or
+        axes carry the work (`mounted`).
 
     Examples
     --------
@@ -75,6 +77,11 @@ def place(
     """
     assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
+    if isinstance(problem.robot, MountedRobot):
+        raise ValueError(
+            "robot must be one whose work no axis carries, as where it lies on them is yours to say; give"
+            f" placement (mm), with {', '.join(problem.robot.axis_names)} at zero"
+        )
     sides = _sides(box)
     progress(0.0, "conditions that every placement must fulfil")
     _refuse_corners(problem)

@@ -5,6 +5,7 @@ from sdpgrind.base.warned import warn
 from sdpgrind.finishing._problem.place import place, quick_proof
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.placement._placement import LIMITS_ONLY, Placement, placed_at
 
 PLACE_SHARE = 0.6  # chosen: portion of progress for a placement; a search takes longer than most plans
@@ -17,6 +18,11 @@ def placed_for(problem: FinishingProblem, progress: Progress) -> tuple[Finishing
     """
     if problem.placement is not None or isinstance(problem.robot, Arm):
         return problem, 0.0
+    if isinstance(problem.robot, MountedRobot):
+        raise ValueError(
+            "placement must be given where axes carry the work: x, y, z (mm) with the axes at zero, and a"
+            " turn about z (rad); got None"
+        )
     found = place(problem, progress=portion(progress, 0.0, PLACE_SHARE))
     if not found.found:
         raise ValueError(_refusal(found))
@@ -35,6 +41,8 @@ def _refusal(found: Placement) -> str:
 
 def what_place_would(problem: FinishingProblem) -> str:
     """Return in words what `place` would do about a placement that fails."""
+    if isinstance(problem.robot, MountedRobot):
+        return "more candidates of the axes, or other limits of theirs, may do"
     proof = quick_proof(problem)
     if proof is not None:
         return f"no placement would do: {proof}"

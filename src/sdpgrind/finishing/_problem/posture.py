@@ -24,7 +24,7 @@ class Posture(ByValue):
         Origin of the surface in the base frame with the table at zero, mm, and its turn about z, rad.
     free : mapping
         Name -> values of a redundant freedom in every row (m,): "spin", the turn of the tool about its own
-        axis, rad; "wrist_radius" of an `Arm`, mm.
+        axis, rad; "wrist_radius" of an `Arm`, mm; each axis that carries the work, see `mounted`, rad or mm.
     """
 
     branch: int

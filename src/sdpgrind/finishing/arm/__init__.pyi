@@ -1,11 +1,15 @@
 from ._arm import Arm as Arm
 from ._branches import ArmChoice as ArmChoice
 from ._branches import choose_branches as choose_branches
+from ._carriers import LinearTable as LinearTable
+from ._carriers import Turntable as Turntable
 from ._heading import CornerJumps as CornerJumps
 from ._heading import corner_jumps as corner_jumps
 from ._lever import feed_angle as feed_angle
 from ._lever import torque_per_force as torque_per_force
 from ._mount import tool as tool
+from ._mounted import MountedRobot as MountedRobot
+from ._mounted import mounted as mounted
 from ._robot import Redundancy as Redundancy
 from ._robot import Robot as Robot
 from ._robot import Singularity as Singularity

@@ -69,8 +69,8 @@ class CourseTask:
         self.least, self.most = states.values.min(axis=0), states.values.max(axis=0)
         self.free = np.flatnonzero(self.most > self.least)
         self.range = np.where(self.most > self.least, self.most - self.least, 1.0)
-        if states.around:
-            self.least[0], self.most[0], self.range[0] = -np.inf, np.inf, 2 * np.pi
+        turns = states.around
+        self.least[turns], self.most[turns], self.range[turns] = -np.inf, np.inf, 2 * np.pi
         self.knots, self.basis = _basis(length)
         step = np.diff(length)
         self.moved = np.flatnonzero(step > 0)

@@ -1,4 +1,4 @@
-"""Candidates of a robot whose tool may turn about its own axis: turns, and wrist radii of an arm."""
+"""Candidates of a robot along a path: turns of the tool, positions of axes under the work, wrist radii."""
 
 import math
 from typing import Any, NamedTuple
@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.arm import _spin_kernels as kernels
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._inverse import BRANCHES
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot, middle
 
 MOST = 720  # chosen: turns of half a degree; more are beyond what is smoothed afterwards
@@ -64,12 +65,22 @@ class SpinStates(NamedTuple):
     """Candidates at every pose: `values` (c, f) of the freedoms `names` (f,), rad or mm, in every group.
 
     A group is a branch of the robot, of which a path takes one; of an `Arm`, its branches at any radius.
+    `around` (f,): whether a freedom turns to any angle.
     """
 
     robot: Robot
     names: tuple[str, ...]
     values: Floats
-    around: bool
+    around: Bools
+
+    @property
+    def told(self) -> str:
+        """What the planner chooses from, in words."""
+        spun = np.ptp(self.values[:, 0]) > 0.0 or not isinstance(self.robot, MountedRobot)
+        carried = self.robot.axis_names if isinstance(self.robot, MountedRobot) else ()
+        return " and ".join(
+            [*(["turn of the tool"] if spun else []), *(f"position of {name}" for name in carried)]
+        )
 
     def joints(self, poses: Floats) -> Floats:
         """Joints (m, g, c, n) of all candidates at poses, rad or mm; NaN where there are none."""
@@ -79,22 +90,40 @@ class SpinStates(NamedTuple):
     def solved(self, poses: Floats, values: Floats) -> Floats:
         """Joints (m, g, n) in every group, each pose with values (m, f) of its own."""
         turned = spun(poses, values[:, 0])
-        if isinstance(self.robot, Arm):
-            return _of_arm(self.robot, turned, np.ascontiguousarray(values[:, 1]))
-        found = np.asarray(self.robot.solutions(turned), dtype=float)
-        if found.ndim != 3 or len(found) != len(poses) or found.shape[2] != len(self.robot.names):
-            wanted = f"({len(poses)}, b, {len(self.robot.names)})"
-            raise ValueError(f"solutions of the robot must be of shape {wanted}; got {found.shape}")
-        return found
+        if not isinstance(self.robot, MountedRobot):
+            return _of_robot(self.robot, turned, values[:, 1:])
+        carried = values[:, 1 : 1 + len(self.robot.axes)]
+        inner = self.robot.carriage(carried) @ turned
+        found = _of_robot(self.robot.robot, inner, values[:, 1 + len(self.robot.axes) :])
+        return self.robot.with_axes(found, carried)
 
 
 def states_of(robot: Robot, spins: Spins) -> SpinStates:
-    """Return the candidates of a robot: turns, and for an arm each with each wrist radius."""
-    if not isinstance(robot, Arm):
-        return SpinStates(robot, ("spin",), spins.angles[:, None], spins.around)
-    turn, radius = np.meshgrid(spins.angles, robot.wrist_radii)
-    values = np.stack([turn.ravel(), radius.ravel()], axis=1)
-    return SpinStates(robot, ("spin", "wrist_radius"), values, spins.around)
+    """Return the candidates of a robot: turns, each with positions of its axes, and wrist radii of an arm."""
+    inner = robot.robot if isinstance(robot, MountedRobot) else robot
+    names, columns, around = ["spin"], [spins.angles], [spins.around]
+    if isinstance(robot, MountedRobot):
+        names += robot.axis_names
+        columns += [np.array(axis.candidates) for axis in robot.axes]
+        around += [axis.around for axis in robot.axes]
+    if isinstance(inner, Arm):
+        names.append("wrist_radius")
+        columns.append(np.array(inner.wrist_radii))
+        around.append(False)
+    grids = np.meshgrid(*columns[::-1], indexing="ij")[::-1]  # the turn of the tool varies fastest
+    values = np.stack([each.ravel() for each in grids], axis=1)
+    return SpinStates(robot, tuple(names), values, np.array(around))
+
+
+def _of_robot(robot: Robot, poses: Floats, rest: Floats) -> Floats:
+    """Joints (m, b, n) of all branches of a robot; `rest` (m, 1): wrist radii of an arm."""
+    if isinstance(robot, Arm):
+        return _of_arm(robot, poses, np.ascontiguousarray(rest[:, 0]))
+    found = np.asarray(robot.solutions(poses), dtype=float)
+    if found.ndim != 3 or len(found) != len(poses) or found.shape[2] != len(robot.names):
+        wanted = f"({len(poses)}, b, {len(robot.names)})"
+        raise ValueError(f"solutions of the robot must be of shape {wanted}; got {found.shape}")
+    return found
 
 
 def _of_arm(arm: Arm, poses: Floats, radii: Floats) -> Floats:

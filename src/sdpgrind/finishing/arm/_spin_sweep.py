@@ -34,7 +34,7 @@ def swept(states: SpinStates, poses: Floats, *, held: bool = False) -> Swept:
     robot = states.robot
     low, high = (np.array(limit, dtype=float) for limit in (robot.position_min, robot.position_max))
     speed, turns = np.array(robot.speed_max, dtype=float), angular(robot)
-    values = np.ascontiguousarray(states.values[:, 0])
+    values, around = np.ascontiguousarray(states.values[:, 0]), bool(states.around[0])
     found: list[Any] = []
     cost = course = np.empty(0)
     for start, part in _parts(poses, len(values)):
@@ -44,11 +44,11 @@ def swept(states: SpinStates, poses: Floats, *, held: bool = False) -> Swept:
         if not found:
             cost, course = np.empty(kept.shape[1:]), np.empty((*kept.shape[1:], 3, joints.shape[3]))
         at = kernels.sweep(
-            joints, kept, values, not found, low, high, turns, speed, FAR, SLACK, states.around, held,
+            joints, kept, values, not found, low, high, turns, speed, FAR, SLACK, around, held,
             cost, course, before,
         )  # fmt: skip
         if at >= 0:
-            _refuse(start + int(at), joints[at], kept[at])
+            _refuse(states.told, start + int(at), joints[at], kept[at])
         found.append(before)
     return _traced(cost, np.concatenate(found))
 
@@ -82,11 +82,11 @@ def _traced(cost: Floats, before: Any) -> Swept:
     return Swept(int(group), picks, float(cost.min()))
 
 
-def _refuse(at: int, joints: Floats, kept: Bools) -> None:
+def _refuse(told: str, at: int, joints: Floats, kept: Bools) -> None:
     """Refuse a path of which no candidate takes a pose."""
     there = int((~np.isnan(joints).any(axis=-1)).sum())
     way = "within limits" if at == 0 else f"within limits and {FAR:g} rad of one of the pose before"
     raise ValueError(
-        f"no turn of the tool takes poses[{at}]: of {kept.size} candidates {there} reach it,"
+        f"no {told} takes poses[{at}]: of {kept.size} candidates {there} reach it,"
         f" {int(kept.sum())} are {SINGULAR:g} away from singular poses, none is {way}"
     )
