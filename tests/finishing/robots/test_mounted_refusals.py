@@ -97,6 +97,12 @@ def test_placements():
         finishing.place(problem)
 
 
+def test_sequences():
+    problem = ring()
+    with pytest.raises(ValueError, match="robot must be one whose work rests: positions of turntable are"):
+        finishing.sequence(problem.path, robot=problem.robot, placement=PLACE)
+
+
 def test_no_way():
     far = ring().replace(placement=(PLACE[0] + 5000.0, *PLACE[1:]))
     told = (

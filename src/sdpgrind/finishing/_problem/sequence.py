@@ -8,6 +8,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing._problem.travel_times import travel_times
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.path._lift import Lift
 from sdpgrind.finishing.path._lifted_path import LiftedPath
@@ -63,8 +64,8 @@ def sequence(
     Raises
     ------
     ValueError
-        When lifts of the paths differ and none is given, the robot does not reach the work, or fields are
-        held without a robot.
+        When lifts of the paths differ and none is given, the robot does not reach the work or axes carry it
+        (`mounted`), or fields are held without a robot.
 
     Examples
     --------
@@ -88,6 +89,11 @@ def sequence(
         if "spin" in held:
             raise checks.refuse(
                 "spin", "left to plan: a sequence is found with a tool that is held", held["spin"]
+            )
+        if isinstance(robot, MountedRobot):
+            raise ValueError(
+                "robot must be one whose work rests: positions of"
+                f" {', '.join(robot.axis_names)} are left to plan; give sequence the robot alone, or none"
             )
         table, timed = travel_times(FinishingProblem(given, robot=robot, **held), given), True
     best = best_order(table)
