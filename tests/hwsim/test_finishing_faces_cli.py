@@ -10,6 +10,7 @@ from cli_fakes import only_news, without_news
 import sdpgrind
 from hwsim.cli import main
 from hwsim.command._finishing.toml import read
+from sdpgrind import finishing
 
 FACE = """
 method = "trapezoid"
@@ -54,6 +55,21 @@ def test_a_face_of_a_step_file_becomes_a_program(angle, capsys, tmp_path):
     motion = sdpgrind.load(folder / "motion.nc")
     assert len(motion.problem.path.pieces) > 1 and motion.problem.path.lift.height == 15.0
     assert motion.problem.face_on == (angle == 90)
+    if angle == 90:  # what somebody wrote into the program is not lost
+        (program,) = folder.glob("*.script")
+        mine = program.read_bytes() + b"# mine\n"
+        program.write_bytes(mine)
+        told = refused(capsys, job, "--program", "urscript", "--out", folder)
+        assert "was changed by hand" in told and program.read_bytes() == mine
+
+
+def test_the_tool_stands_along_the_last_axis_of_a_robot_unless_another_is_asked_for(tmp_path):
+    shutil.copy(STEP / "nominal.step", tmp_path / "part.step")
+    job = tmp_path / "job.toml"
+    text = FACE.format(file="part.step", face="", angle=90).replace("ur10", "irb2400")
+    job.write_text(text)
+    along = finishing.tool(length=150.0, axis="x")
+    np.testing.assert_array_equal(read(job).problem.robot.tool, along)
 
 
 def test_a_tool_that_is_face_on_finishes_nothing(capsys, tmp_path):

@@ -322,7 +322,9 @@ def test_a_flange_that_no_controller_has():
     robot = motion.problem.robot.replace(links=links, tool=finishing.tool(length=150.0) @ np.linalg.inv(
         np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
     ))  # fmt: skip
-    changed = finishing.plan(motion.problem.replace(robot=robot, placement=(650.0, -25.0, 100.0)))
+    with pytest.warns(UserWarning, match="across the axis of the last joint"):
+        problem = motion.problem.replace(robot=robot, placement=(650.0, -25.0, 100.0))
+        changed = finishing.plan(problem)
     with pytest.raises(
         ValueError, match="robot must be one with a flange whose z or x is along the last axis"
     ):

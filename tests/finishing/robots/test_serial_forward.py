@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from robot_twins import BOTH, CHAINS, FLANGE, IRB2400, LIMITS, UR10, chain, read, urdf
 
-from sdpgrind import finishing
+from sdpgrind import finishing, units
 from sdpgrind.finishing.arm import Robot
 
 MM, RAD = 1e-9, 1e-12
@@ -94,6 +94,17 @@ def test_a_tool_moves_the_pose_by_its_frame():
     ahead = finishing.tool(length=150.0, axis="x")
     np.testing.assert_allclose(ahead[:3, 3], [150.0, 0, 0], atol=1e-13)
     np.testing.assert_allclose(ahead[:3, 2], [1.0, 0, 0], atol=1e-15)
+
+
+def test_a_problem_warns_of_a_tool_across_the_last_axis_and_tells_the_one_along_it():
+    """The flange of the IRB 2400 points along x: a tool along its z would stand sideways."""
+    abb, ur = finishing.robot("irb2400"), finishing.robot("ur10")
+    assert (abb.flange_axis, ur.flange_axis) == ("x", "z")
+    assert abb.tool_across == abb.replace(tool=finishing.tool(150.0, axis="x")).tool_across == ""
+    assert ur.replace(tool=finishing.tool(150.0, tilt=units.deg(45))).tool_across == ""
+    path = finishing.zigzag(finishing.surface.flat_surface(30.0), 10.0)
+    with pytest.warns(UserWarning, match=r"across the axis of the last joint.*tool\(length, axis='x'\)"):
+        finishing.FinishingProblem(path, robot=abb.replace(tool=finishing.tool(150.0)))
 
 
 def test_a_continuous_joint_has_two_turns_and_metres_become_mm(tmp_path):

@@ -6,6 +6,8 @@ from typing import Any
 from hwsim.command._toml import Table
 from sdpgrind import finishing
 
+AXES = ("z", "x")  # source: `finishing.tool`
+
 
 def robot_of(table: Table, folder: Path) -> finishing.Robot:
     """Return the robot of a table; `folder` is that of the job, from which the path of a URDF file counts."""
@@ -14,7 +16,7 @@ def robot_of(table: Table, folder: Path) -> finishing.Robot:
         raise ValueError(f"[{table.name}] must have a preset ({', '.join(names)}) or a urdf, one of them")
     preset = table.text("preset", names) if table.has("preset") else None
     robot = _of_urdf(table, folder) if preset is None else finishing.robot(preset)
-    tool = _tool(table)
+    tool = _tool(table, getattr(robot, "flange_axis", "z"))
     table.done()
     if tool is None:
         return robot
@@ -32,12 +34,12 @@ def _of_urdf(table: Table, folder: Path) -> finishing.SerialRobot:
     return table.made(finishing.SerialRobot.from_urdf, path, **ends, **limits)
 
 
-def _tool(table: Table) -> Any:
-    """Frame of the tool in the flange, or None."""
+def _tool(table: Table, ahead: str) -> Any:
+    """Frame of the tool in the flange, along its axis `ahead` unless another is asked for; or None."""
     if not table.has("tool_length"):
         return None
     length, options = table.number("tool_length", "mm"), table.given({"tool_tilt": "rad"})
     tilt: dict[str, Any] = {"tilt": options["tool_tilt"]} if options else {}
-    if table.has("tool_axis"):
-        tilt["axis"] = table.text("tool_axis", ("z", "x"))
-    return table.made(finishing.tool, length, **tilt)
+    usual = ahead if ahead in AXES else "z"
+    axis = table.text("tool_axis", AXES) if table.has("tool_axis") else usual
+    return table.made(finishing.tool, length, axis=axis, **tilt)

@@ -161,6 +161,8 @@ class FinishingProblem(Described):
             )
         if not SLOWEST <= self.feed_rate <= FASTEST:
             raise self._refused("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?")
+        if isinstance(self.robot, SerialRobot) and (told := self.robot.tool_across):
+            warn(told)
         # a fixed tool meets every direction of feed
         turns = (0.0, math.pi) if self.heading == "fixed" else (0.0,)
         for turned in turns if self.pressed else ():

@@ -8,6 +8,10 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import another_unit
 
+# chosen: cosine between the way to a tool and the last axis below which it stands across: an angle head, or a
+# flange that points elsewhere
+_ACROSS = 0.5
+_ON = 1 - 1e-6  # chosen: cosine of an axis of the flange and the last joint's, but for rounding
 _USUAL, _TYPICAL = (1.0, 5000.0), 150.0  # mm, chosen: tools of robots
 
 
@@ -55,6 +59,23 @@ def tool(length: float, tilt: float = 0.0, *, axis: str = "z") -> Floats:
         turned = _about_y(math.pi / 2)
         return turned @ _shifted(ahead) @ _about_y(turn)
     return _shifted(ahead) @ _about_y(turn)
+
+
+def axis_on(last: Floats) -> str:
+    """Return the axis of the flange, "x", "y" or "z", on that of the last joint there; "" where none is."""
+    return next((name for name, part in zip("xyz", last, strict=True) if abs(part) > _ON), "")
+
+
+def across(tool: Floats, last: Floats, axis: str) -> str:
+    """Return what is said of a tool across the last axis (3,), both in the flange; "" of one along it."""
+    way = tool[:3, 3]
+    if abs(float(way @ last)) >= _ACROSS * float(np.linalg.norm(way)):
+        return ""
+    remedy = f": tool(length, axis={axis!r}) is meant?" if axis in ("x", "z") else ""
+    return (
+        f"the tool, {way.round(3).tolist()} mm from the flange, stands across the axis of the last joint,"
+        f" which is {last.round(3).tolist()} there{remedy}"
+    )
 
 
 def _shifted(length: float) -> Floats:

@@ -28,6 +28,7 @@ from sdpgrind.finishing.arm._chain_checks import (
 from sdpgrind.finishing.arm._chain_form import form_of
 from sdpgrind.finishing.arm._closed_form import ClosedForm, inverted
 from sdpgrind.finishing.arm._inverse import checked_poses
+from sdpgrind.finishing.arm._mount import across, axis_on
 from sdpgrind.finishing.arm._polish import solve_near
 from sdpgrind.finishing.arm._robot import Redundancy, middle
 from sdpgrind.finishing.arm._urdf import read_chain
@@ -96,6 +97,16 @@ class SerialRobot(ByValue, Described):
                     f"{name} must be one for each of the {len(self.names)} joints; got {len(value)}"
                 )
         self._check_limits()
+
+    @property
+    def flange_axis(self) -> str:
+        """Axis of the flange on that of the last joint, no unit: "x", "y" or "z"; "" where none is."""
+        return axis_on(self.links[-1][2, :3])
+
+    @property
+    def tool_across(self) -> str:
+        """What a plan warns of where the tool stands across the last axis, mm; "" where it does not."""
+        return across(self.tool, self.links[-1][2, :3], self.flange_axis)
 
     def _check_limits(self) -> None:
         for row in zip(self.names, self.units, self.position_min, self.position_max, strict=True):
