@@ -112,7 +112,7 @@ def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namesp
     found = program.check()
     folder.mkdir(parents=True, exist_ok=True)
     file = f"{program.name}{program.ending}"
-    program.save(folder / file)
+    program.save(folder / file, overwrite=False)
     motion.save(folder / "motion.nc")
     text = (
         f"{title}: {motion!r}\n"

@@ -3,7 +3,7 @@
 import hashlib
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -95,7 +95,7 @@ class MotionProgram(Program):
         """
         return read_text(self.text).check(self.motion)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = True) -> None:
         """Check the program and write it at `path`, complete or not at all.
 
         A KRL program that is cut at lifts calls one for each part: their files come first, those of an older
@@ -105,9 +105,13 @@ class MotionProgram(Program):
         ----------
         path : str or path
             File in an existing folder; that of a KRL program has its name.
+        overwrite : bool
+            False: a file there that holds another text stays, as somebody may have changed it by hand.
 
         Raises
         ------
+        FileExistsError
+            When a file holds another text and `overwrite` is False.
         ValueError
             If the text read back is farther from the plan than stated (mm), faster (mm/s), or exceeds the
             speed of a joint (rad/s, mm/s), or a KRL file has another name than its program.
@@ -116,15 +120,16 @@ class MotionProgram(Program):
         if self.target == "krl" and file.stem.lower() != self.name.lower():
             raise checks.refuse("path", f"named {self.name}.src, as the program in it", file.name)
         self._refuse_faulty()
-        folder, main = file.parent, self._programs[0]
-        for target, text in [
-            *((folder / f"{name}.src", part) for name, part in self.parts.items()),
-            (file, main),
-        ]:
+        texts = {file.parent / f"{name}.src": part for name, part in self.parts.items()}
+        texts[file] = self._programs[0]
+        contents = {target: text.encode("ascii") for target, text in texts.items()}
+        if not overwrite:
+            _refuse_other(contents)
+        for target, content in contents.items():
             with whole_file(target) as temporary:
-                temporary.write_bytes(text.encode("ascii"))
+                temporary.write_bytes(content)
         if self.target == "krl":
-            self._clear(folder)
+            self._clear(file.parent)
 
     def _clear(self, folder: Path) -> None:
         """Remove the parts of other versions."""
@@ -154,6 +159,16 @@ class MotionProgram(Program):
                 f"text must keep the speed limits of the joints; read back, one is over it by {share:.4g} %"
             )
         return super()._fault(found)
+
+
+def _refuse_other(contents: Mapping[Path, bytes]) -> None:
+    """Refuse files that are there and hold something else."""
+    for file, content in contents.items():
+        if file.exists() and file.read_bytes() != content:
+            raise FileExistsError(
+                f"{file} holds another program, or was changed by hand: move it elsewhere, or write into"
+                " another folder"
+            )
 
 
 def program_of(
