@@ -114,14 +114,17 @@ def test_prints_the_best_beside_what_came_of_it(finished, capsys):
     assert rows["burned (%)"][:2] == ["0.0", "80.0"]
 
 
-def test_the_best_that_is_printed_is_the_best_of_the_middle(finished):
-    from hwsim.command._locus.report import best_rates
-    from hwsim.command._locus.toml import Job
+def test_the_best_that_is_printed_is_that_of_the_page(finished, capsys):
+    """The best point of each part's true wheel in the middle of its course: wheels wear evenly within it."""
+    from hwsim._report.locus import planned
 
     log, curve = sdpgrind.load(finished / "run.nc"), sdpgrind.load(finished / "curve.nc")
-    best = best_rates(log, curve, Job(hwsim.AdaptiveGrinder(PROBLEM)))
-    truly = np.nanmean(log.outcome.best_infeed_rate.values[1:], axis=1)
-    np.testing.assert_allclose(best[1:], truly, rtol=5e-3)
+    best = planned(log, curve)
+    truly = log.outcome.attrs["stock"] / np.nanmean(log.outcome.best_infeed_rate.values[1:], axis=1)
+    np.testing.assert_allclose(best["time"][1:], truly, rtol=5e-3)
+    rows = table(said(capsys, *JOB, "--no-pictures", "--out", finished))
+    assert rows["time (s)"][0] == f"{best['time'].mean():.3f}"
+    assert rows["removal rate (mm^3/s)"][0] == f"{best['removal_rate'].mean():.3f}"
 
 
 def test_a_designed_gain_burns_nothing(capsys):

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim._report.locus import planned
 from hwsim.command._report import CommandReport, Finished, of_all, summary_line
 from sdpgrind.base.units import UM
 
@@ -37,7 +38,7 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
 def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[str]:
     outcome = log.outcome
     if finished.any():
-        yield from _rates(log, plan, job, finished)
+        yield from _rates(log, plan, finished)
         yield summary_line(
             "least slack (W)", outcome.slack.values[finished], ".2f", job.controller(plan).margin
         )
@@ -49,25 +50,14 @@ def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[st
         yield summary_line("never converged (%)", 100.0 * np.isnan(converged), ".1f", 0.0)
 
 
-def _rates(log: "Log", plan: Any, job: Any, finished: Any) -> Iterator[str]:
-    outcome, process = log.outcome, plan.problem.model
-    best = best_rates(log, plan, job)[finished]
-    across = np.pi * process.work_diameter * process.width
-    yield summary_line(
-        "time (s)", outcome.time.values[finished], ".3f", float(np.mean(job.stand.stock / best))
-    )
-    yield summary_line(
-        "removal rate (mm^3/s)", outcome.removal_rate.values[finished], ".3f", float(across * np.mean(best))
-    )
-
-
-def best_rates(log: "Log", plan: Any, job: Any) -> Any:
-    """Infeed rates (mm/s) of the locus at the wear flat area in the middle of each part."""
-    outcome, stand = log.outcome, job.stand
-    middles = outcome.true_wear_flat_area.values - 0.5 * stand.dulling * (
-        stand.stock - outcome.remaining.values
-    )
-    return np.array([plan.at(wear_flat_area=float(area)).controls["infeed_rate"] for area in middles])
+def _rates(log: "Log", plan: Any, finished: Any) -> Iterator[str]:
+    best = planned(log, plan)
+    for title, name, digits in (
+        ("time (s)", "time", ".3f"),
+        ("removal rate (mm^3/s)", "removal_rate", ".3f"),
+    ):
+        mean = float(np.mean(best[name][finished]))
+        yield summary_line(title, log.outcome[name].values[finished], digits, mean)
 
 
 report = CommandReport(_COLUMNS, _SHORT, _head, _summary)
