@@ -30,7 +30,7 @@ if compiler is None:
     print("no C compiler here: the C is written, and not run")
 else:
     sources = [str(path) for path in sorted(stages.path.glob("*.c"))]
-    program = str(stages.path / "t")
+    program = str(Path(folder.name) / "t")  # not into the export, which is replaced as a whole
     subprocess.run(
         [compiler, "-std=c99", "-O2", "-ffp-contract=off", *sources, "-lm", "-o", program], check=True
     )

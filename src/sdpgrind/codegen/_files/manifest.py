@@ -67,6 +67,7 @@ def manifest(
         "libm": list(source.libm),
         "promise": promise(recipe, source),
         "flags": list(FLAGS),
+        "precision": "double",
         "functions": [one.record for one in functions],
         "loop_bounds": bounds,
         "sizes": {"tables": program.table_bytes, "functions": len(functions)},
