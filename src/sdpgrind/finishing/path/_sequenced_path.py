@@ -15,6 +15,7 @@ from sdpgrind.finishing.path._air import contact_end, lifted_off
 from sdpgrind.finishing.path._lift import Lift
 from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._order import as_given, cost_of
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
@@ -166,17 +167,19 @@ class SequencedPath(Described, ByValue, LiftedCourse):
         return max(each.deviation for each in self.paths)
 
     @cached_property
+    def _travels(self) -> Floats:
+        """Lengths between the pieces as given, mm; see `travels`."""
+        return travels(self._given, self.lift)
+
+    @property
     def travel(self) -> float:
         """Length of the straight moves between pieces, at the height of the lifts, mm."""
-        states = np.array(self.order) * 2 + np.array(self.backwards)
-        table = travels(self._given, self.lift)
-        return float(table[states[:-1], states[1:]].sum())
+        return cost_of(self._travels, 2 * np.array(self.order) + self.backwards)
 
-    @cached_property
+    @property
     def travel_given(self) -> float:
         """The same in the sequence as given, all pieces forward, mm."""
-        table, states = travels(self._given, self.lift), 2 * np.arange(len(self._given))
-        return float(table[states[:-1], states[1:]].sum())
+        return cost_of(self._travels, as_given(len(self._given)))
 
     @cached_property
     def least_clearance(self) -> float:
