@@ -2,7 +2,7 @@
 
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -19,9 +19,6 @@ from sdpgrind.finishing.path._order import as_given, cost_of
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.path._metrics import PathMetrics
 
 NEAR = 1.0  # mm, chosen: places on the straight moves, and on the work, whose distances are compared
 SEVERAL = "several"  # name of patterns and mappings of which there is more than one
@@ -213,32 +210,6 @@ class SequencedPath(Described, ByValue, LiftedCourse):
             crease.
         """
         return self.replace(paths=tuple(each.blended(deviation) for each in self.paths))
-
-    def metrics(
-        self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None
-    ) -> "PathMetrics":
-        """Return the quality of the pieces over the trimmed area of one patch; see `Path.metrics`.
-
-        Parameters
-        ----------
-        footprint_radius : float
-            Greatest straight distance of the tool's effect from the path, mm; see `ball_footprint`.
-        surface_step, path_step : float, optional
-            Width of the smallest cells of the surface, mm, cut to 1/4 of the pitch (None: 1/40 of radius),
-            and longest chord of the path, mm (None: chords leave it by 0.1 % of radius or pitch).
-
-        Raises
-        ------
-        ValueError
-            When the path is on several patches: ``path.paths[0].metrics(...)`` tells of each.
-        """
-        from sdpgrind.finishing.path._metrics import metrics
-
-        if len(self.patches) > 1:
-            rule = "on one patch for metrics; path.paths[0].metrics(...) tells of each"
-            raise checks.refuse("path", rule, f"one on {len(self.patches)} patches")
-        patch = self.patches[0]
-        return metrics(self, footprint_radius, surface_step, path_step, pieces=self.pieces, patch=patch)
 
 
 def _common(names: Any) -> str:
