@@ -18,7 +18,7 @@ from sdpgrind.codegen._files.vectors import vectors_of
 from sdpgrind.codegen._fmi import archive
 from sdpgrind.codegen._fmi.unit import unit_files
 from sdpgrind.codegen._math.sources import math_folder, math_sources
-from sdpgrind.codegen._math.units import math_notes, outside, units_of
+from sdpgrind.codegen._math.wrapped import math_files, math_notes, outside
 from sdpgrind.codegen._names import c_name
 from sdpgrind.codegen._proof.reference import built_here, distance
 from sdpgrind.codegen._recipe import Recipe
@@ -166,7 +166,7 @@ def files_of(recipe: Recipe, name: str, folder: Path | None) -> dict[str, bytes]
     notes: dict[str, Any] = {}
     if folder and source.libm:
         sources = math_sources(folder, source.libm)
-        files |= units_of(sources, name)
+        files |= math_files(sources, name)
         with built_here(recipe, name, files) as begin:
             vectors = vectors_of(recipe, begin)
             notes = {**math_notes(sources), "from_library": distance(recipe, begin)}

@@ -13,7 +13,7 @@ from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._translate.body import text_of
 from sdpgrind.codegen._translate.calls import LIBM
 from sdpgrind.codegen._translate.program import CProgram, Function
-from sdpgrind.codegen._translate.runtime import GUARDS
+from sdpgrind.codegen._translate.runtime import FLAGS, GUARDS
 from sdpgrind.codegen._translate.types import FLOAT64, Array, Scalar
 from sdpgrind.codegen._translate.values import GUARD, Value, double
 
@@ -21,7 +21,7 @@ _TOP = """\
 /*
  * {name}.c: {kind}, exported by sdpgrind {version}; fingerprint {fingerprint}.
  * Translated from the kernels that the library runs; see manifest.json. Do not edit.
- * Compile with -std=c99 -ffp-contract=off.
+ * Compile with {flags}.
  */
 #include "{name}.h"
 
@@ -83,6 +83,7 @@ def source_of(recipe: Recipe, name: str, version: str, outside: str = "") -> CSo
     program.drop_unreached(lines + reset)
     text = _TOP.format(
         name=name, kind=recipe.kind, version=version, fingerprint=recipe.fingerprint, guards=GUARDS,
+        flags=" ".join(FLAGS),
         definitions=program.definitions(), reset=reset, step=lines,
         solver="" if recipe.program is None else _SOLVER.format(name=name),
     )  # fmt: skip

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sdpgrind.codegen._proof.compilers import compiled
+from sdpgrind.codegen._translate.runtime import TWO
 
-_TWO = ("pow", "atan2", "hypot", "fmod")
 _PROGRAM = """\
 #include <inttypes.h>
 #include <math.h>
@@ -57,7 +57,7 @@ def other_functions(names: Sequence[str], folder: Path, here: str, there: str, e
     """Return those of the functions whose bits differ between this computer and an emulated one."""
     source = folder / "functions.c"
     parts = [
-        _FUNCTION.format(name=one, arguments="x, y" if one in _TWO else "x", count=_COUNT) for one in names
+        _FUNCTION.format(name=one, arguments="x, y" if one in TWO else "x", count=_COUNT) for one in names
     ]
     source.write_text(_PROGRAM.replace("@", "\n".join(parts)))
     found = []

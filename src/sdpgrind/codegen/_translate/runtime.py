@@ -5,6 +5,9 @@
 
 from collections.abc import Iterable
 
+FLAGS = ("-std=c99", "-ffp-contract=off")
+"""Of every build; `GUARDS` say the same in the text, for compilers that follow pragmas."""
+
 GUARDS = """\
 #if defined(__FAST_MATH__)
 #error "compile without -ffast-math: it changes results"
@@ -31,7 +34,8 @@ static double @{name}({parameters})
     {declared}
     return {function}({arguments});
 }}"""
-_TWO = ("pow", "atan2", "hypot", "fmod")
+TWO = ("pow", "atan2", "hypot", "fmod")
+"""Functions of the C library with two arguments."""
 _OWN = {
     "min": """static double @min(double a, double b)
 {
@@ -149,7 +153,7 @@ def helper_text(name: str, prefix: str, outside: str = "") -> str:
 
 
 def _letters(name: str) -> str:
-    return "xy" if name in _TWO else "x"
+    return "xy" if name in TWO else "x"
 
 
 def prototypes(names: Iterable[str], outside: str) -> str:
