@@ -1,4 +1,4 @@
-"""What is exported of the recursive estimators: step, start, and rows for the self-test."""
+"""Recipe of the recursive estimators: step, start, and rows for the self-test."""
 
 import math
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class Names:
 
 
 def rows_recipe(names: Names, law: TriangleLaw, state: Floats) -> Recipe:
-    """Return what is exported of recursive least squares.
+    """Return the recipe of recursive least squares.
 
     `law`: its forgetting of unit 1, its standard deviation in the unit of a target; `state`: that of
     `triangle_step`, before the first row.
@@ -80,7 +80,7 @@ def rows_recipe(names: Names, law: TriangleLaw, state: Floats) -> Recipe:
 
 
 def walk_recipe(names: Names, walk: Floats, noise: Floats, state: Floats, of_row: bool) -> Recipe:
-    """Return what is exported of a filter of random walks.
+    """Return the recipe of a filter of random walks.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is exported of a strategy: the push at a state, its tables, and states for the self-test."""
+"""Recipe of a strategy: the push at a state, its tables, and states for the self-test."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -46,7 +46,7 @@ _SPREAD = (0.01, 0.1, 0.3)  # chosen: offset over the greatest one, friction sca
 
 
 def recipe_of(strategy: Any, tables: tuple[Any, ...], greatest: float) -> Recipe:
-    """Return what is exported of a strategy.
+    """Return the recipe of a strategy.
 
     Parameters
     ----------

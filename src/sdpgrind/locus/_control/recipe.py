@@ -1,4 +1,4 @@
-"""What is exported of a controller on the locus: its step, and readings of parts for the self-test."""
+"""Recipe of a controller on the locus: its step, and readings of parts for the self-test."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ _LAGGED = 0.5  # chosen: share of the way to its command that a lagging coordina
 
 
 def recipe_of(controller: Walking) -> Recipe:
-    """Return what is exported of a controller, in the user's units."""
+    """Return the recipe of a controller, in the user's units."""
     stretch, walk, law = controller.stretch, controller.walk, controller.law
     _check(controller)
     measured = {stretch.along: stretch.unit} if walk.column >= 0 else {}
