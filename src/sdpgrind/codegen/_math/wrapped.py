@@ -3,8 +3,8 @@
 import re
 from typing import Any
 
-from sdpgrind.codegen._math.prototypes import declared
 from sdpgrind.codegen._math.sources import MathSources
+from sdpgrind.codegen._translate.prototypes import declared
 from sdpgrind.codegen._translate.runtime import GUARDS
 
 _HEADER = """\
