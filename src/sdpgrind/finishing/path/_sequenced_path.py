@@ -217,14 +217,14 @@ def _common(names: Any) -> str:
     return found.pop() if len(found) == 1 else SEVERAL
 
 
-def tops(pieces: tuple[Path, ...], lift: Lift) -> Floats:
-    """Return the places (n, 2, 3) over start and end of each piece, mm, between which the tool moves."""
+def _over_ends(pieces: tuple[Path, ...], lift: Lift) -> Floats:
+    """Places (n, 2, 3) over start and end of each piece, mm, between which the tool moves."""
     lines = [[lifted_off(contact_end(each, way), lift)[1] for way in (-1, 1)] for each in pieces]
     return np.array([[line.at(np.array([line.length])).point[0] for line in pair] for pair in lines])
 
 
 def travels(pieces: tuple[Path, ...], lift: Lift) -> Floats:
     """Return the length of the straight move from each state of a piece to each other one, (2 n, 2 n), mm."""
-    over = tops(pieces, lift)
+    over = _over_ends(pieces, lift)
     starts, ends = over.reshape(-1, 3), over[:, ::-1].reshape(-1, 3)
     return np.asarray(np.linalg.norm(ends[:, None] - starts, axis=-1))
