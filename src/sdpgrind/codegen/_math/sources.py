@@ -12,7 +12,7 @@ from sdpgrind.codegen._math.c_file import CFile
 from sdpgrind.codegen._names import HEADERS
 from sdpgrind.codegen._translate.calls import EXACT, LIBM
 
-_MORE = "acosh asinh atanh erf erfc lgamma tgamma exp10 pow10 sincos"
+_MORE = "erf erfc lgamma tgamma exp10 pow10 sincos"
 _OWN_BITS = frozenset(f"{LIBM} {_MORE}".split()) - {"fmod"}
 """Functions that C libraries compute with last bits of their own."""
 _LICENCE = re.compile(r"(licen[cs]e|copying|copyright)", re.IGNORECASE)
