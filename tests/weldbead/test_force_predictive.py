@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sdpgrind import units
+from sdpgrind.codegen import StepProgram
 from sdpgrind.weldbead import force
 
 LAW = force.Predictive(move_weight=2.0, drift=0.5)
@@ -71,17 +72,17 @@ def test_program_against_a_second_solver(monkeypatch):
     controller = force.PredictiveController(
         sine(), LAW, limits=force.Limits(command_max=0.70, command_rate_max=3.0)
     )
-    solve = force.PredictiveController._solve
+    solve = StepProgram.solve
 
-    def spy(self, linear, low, high, rows, guess):
-        found = solve(self, linear, low, high, rows, guess)
-        seen.append((linear.copy(), low.copy(), high.copy(), rows.copy(), found))
-        return found
+    def spy(self, room):
+        solved = solve(self, room)
+        seen.append((self.rows, *(each.copy() for each in self.parts(room))))
+        return solved
 
-    monkeypatch.setattr(force.PredictiveController, "_solve", spy)
+    monkeypatch.setattr(StepProgram, "solve", spy)
     force.simulate_loop(controller, duration=1.5)
     assert len(seen) > 20
-    for linear, low, high, rows, found in seen[:: len(seen) // 6]:
+    for rows, linear, low, high, found in seen[:: len(seen) // 6]:
         n = LAW.horizon
         hessian = np.zeros((n + 1, n + 1))
         hessian[:n, :n], hessian[n, n] = LAW.prediction.hessian, 1e3
@@ -91,7 +92,7 @@ def test_program_against_a_second_solver(monkeypatch):
         cp.Problem(cp.Minimize(0.5 * cp.quad_form(v, cp.psd_wrap(hessian)) + linear @ v), keep).solve(
             solver="CLARABEL"
         )
-        assert found == pytest.approx(v.value[0], abs=2e-3)
+        assert found[0] == pytest.approx(v.value[0], abs=2e-3)
 
 
 def test_limits_hold_and_are_foreseen():
@@ -140,14 +141,17 @@ def test_every_program_takes_whole_rounds_of_iterations_and_no_polishing(monkeyp
     controller = force.PredictiveController(
         sine(), LAW, limits=force.Limits(command_max=0.70, command_rate_max=3.0)
     )
-    solve, told = force.PredictiveController._solve, []
+    solve, told, solvers = StepProgram.solve, [], []
 
-    def spy(self, *program):
-        found = solve(self, *program)
-        told.append(self._solver.solve(raise_error=False).info)  # again, from the solution
-        return found
+    def spy(self, room):
+        solvers.extend([] if solvers else [self.solver()])
+        linear, low, high, guess = self.parts(room)
+        solvers[0].update(q=linear, l=low, u=high)
+        solvers[0].warm_start(x=guess, y=np.zeros(low.size))
+        told.append(solvers[0].solve(raise_error=False).info)
+        return solve(self, room)
 
-    monkeypatch.setattr(force.PredictiveController, "_solve", spy)
+    monkeypatch.setattr(StepProgram, "solve", spy)
     force.simulate_loop(controller, duration=1.0)
     assert told and {info.iter for info in told} == {500}
     assert {info.status_polish for info in told} == {0}

@@ -18,7 +18,7 @@ from sdpgrind.codegen._files.vectors import vectors_of
 from sdpgrind.codegen._fmi import archive
 from sdpgrind.codegen._fmi.unit import unit_files
 from sdpgrind.codegen._math.sources import math_folder, math_sources
-from sdpgrind.codegen._math.units import math_notes, outside, units_of
+from sdpgrind.codegen._math.wrapped import math_files, math_notes, outside
 from sdpgrind.codegen._names import c_name
 from sdpgrind.codegen._proof.reference import built_here, distance
 from sdpgrind.codegen._recipe import Recipe
@@ -65,13 +65,12 @@ def export(
     precision : {"double", "float32", "int16"}
         How the tables of a policy are kept: as they are, or rounded, with cells in which the action changes
         as sorted lists. What that loses is computed, from the plan's own problem, and stands in the manifest
-        ("lost": see :doc:`/on_your_controller`).
+        ("lost": see :doc:`/exported_things`).
     math : "libm" or path
         Elementary functions (exp, log, pow ...): those of the C library, or a folder with the C sources of a
         libm and their licence, from which what is reached goes into ``math`` beside the export: the bits are
-        then the same on every target, and those of the library only nearly (see
-        :doc:`/on_your_controller`). A C compiler must be there. Nothing is taken where no such function is
-        called.
+        then the same on every target, and those of the library only nearly (see :doc:`/exported_bits`). A C
+        compiler must be there. Nothing is taken where no such function is called.
     lost_max : float, optional
         Largest value lost at any node of any stage, $ or what the plan charges in. The smallest form that
         keeps it is written; with a `precision` other than "double" that one, if it keeps it.
@@ -167,7 +166,7 @@ def files_of(recipe: Recipe, name: str, folder: Path | None) -> dict[str, bytes]
     notes: dict[str, Any] = {}
     if folder and source.libm:
         sources = math_sources(folder, source.libm)
-        files |= units_of(sources, name)
+        files |= math_files(sources, name)
         with built_here(recipe, name, files) as begin:
             vectors = vectors_of(recipe, begin)
             notes = {**math_notes(sources), "from_library": distance(recipe, begin)}

@@ -11,7 +11,7 @@ from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._fmi.archive import export_folder
 from sdpgrind.codegen._proof.builds import TARGETS
 from sdpgrind.codegen._proof.check import LEVELS, ExportCheck, checked
-from sdpgrind.codegen._proof.compilers import units
+from sdpgrind.codegen._proof.compilers import sources_of
 from sdpgrind.codegen._proof.controller import CompiledController
 from sdpgrind.codegen._recipe import Recipe
 
@@ -64,7 +64,7 @@ class Exported:
         """Size of header and source as text, bytes; on the target: ``manifest["sizes"]["tables"]``."""
         name = self.manifest["name"]
         with export_folder(self.path) as folder:
-            sources = (folder / f"{name}.h", *units(folder, str(name)))
+            sources = (folder / f"{name}.h", *sources_of(folder, str(name)))
             return sum(one.stat().st_size for one in sources)
 
     def check(

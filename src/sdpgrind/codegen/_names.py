@@ -36,14 +36,17 @@ _FAMILIES = re.compile(
 """Macros and types of float.h, limits.h, stdint.h, inttypes.h, fenv.h and math.h."""
 
 _HEADERS = """
-assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg
-stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath threads time uchar wchar wctype
-memory new strings unistd malloc main
+assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool stddef
+stdint stdio stdlib string tgmath time wchar wctype
 """
-"""Headers: a file NAME.h would be read in their place; main: of the self-test."""
+HEADERS = frozenset(_HEADERS.split())
+"""Headers of C; source: ISO/IEC 9899:1999, 7.1.2."""
+
+_MORE_HEADERS = "stdalign stdatomic stdnoreturn threads uchar memory new strings unistd malloc main"
+"""Of C11, C++ and systems: a file NAME.h would be read in their place; main: of the self-test."""
 
 _TAKEN = RESERVED | frozenset(_CPP.split()) | frozenset(_MACROS.split())
-_NO_PREFIX = frozenset(_HEADERS.split())
+_NO_PREFIX = HEADERS | frozenset(_MORE_HEADERS.split())
 
 
 def c_name(argument: str, name: str) -> str:

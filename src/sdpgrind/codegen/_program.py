@@ -48,6 +48,7 @@ class StepProgram:
     >>> program = StepProgram(np.eye(1), np.eye(1), np.zeros(1), settings)
     >>> room = np.array([-2.0, 0.0, 1.0, 0.0])    # q, l, u, guess
     >>> program.solve(room)
+    True
     >>> room.round(2).tolist()
     [-2.0, 0.0, 1.0, 1.0]
     """
@@ -103,26 +104,25 @@ class StepProgram:
         """P, A and the typical q, in the units of the program."""
         return self.hessian, self.rows, self.linear
 
-    def solve(self, room: Floats) -> None:
-        """Solve the program in a `room`, in its units, from the x there; put its solution there, if any."""
+    def parts(self, room: Floats) -> list[Floats]:
+        """Return views of q, l, u and x in a `room`, in the units of the program."""
         n, m = self.sizes
-        parts = np.split(room, np.cumsum([n, m, m, n]))
-        found = self.solved(self._solver, *parts[:4])
-        if found is not None:
-            parts[3][:] = found
+        return np.split(room, np.cumsum([n, m, m, n]))[:4]
 
-    @staticmethod
-    def solved(solver: Any, linear: Floats, low: Floats, high: Floats, guess: Floats) -> Floats | None:
-        """Return the solution from a guess on; None: not solved.
+    def solve(self, room: Floats) -> bool:
+        """Solve the program in a `room`, in its units, from the x there; put its solution there, if any.
 
-        Parameters
-        ----------
-        solver : object
-            Of `solver`.
-        linear, low, high, guess : array
-            q (n,), l and u (m,), x (n,), in the units of the program.
+        Return whether there is one.
         """
-        solver.update(q=linear, l=low, u=high)
-        solver.warm_start(x=guess, y=np.zeros(low.size))
-        result = solver.solve(raise_error=False)
-        return np.asarray(result.x) if result.info.status_val == _SOLVED else None
+        linear, low, high, guess = self.parts(room)
+        self._solver.update(q=linear, l=low, u=high)
+        self._solver.warm_start(x=guess, y=np.zeros(low.size))
+        result = self._solver.solve(raise_error=False)
+        solved = bool(result.info.status_val == _SOLVED)
+        if solved:
+            guess[:] = result.x
+        return solved
+
+    def __getstate__(self) -> dict[str, Any]:
+        # OSQP can be neither copied nor sent
+        return {name: one for name, one in self.__dict__.items() if name != "_solver"}

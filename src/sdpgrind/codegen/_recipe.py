@@ -1,4 +1,4 @@
-"""What is exported of a thing: its step as a kernel, the constants, the state, inputs and outputs."""
+"""`Recipe` of an export: the step as a kernel, the constants, the state, inputs and outputs."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence

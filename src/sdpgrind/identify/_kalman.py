@@ -31,8 +31,7 @@ class RandomWalk:
         Variance Q of the step of each value between two updates, >= 0, squared unit of the value.
     noise_variance : float or array, shape (p,)
         Variance R of the noise of each reading, >= 0, squared unit of the reading; one number for rows. Q and
-        R are
-        not both 0.
+        R are not both 0.
     units : sequence of str
         Units of the values.
     prior : Estimate, optional

@@ -1,4 +1,4 @@
-"""What is exported of the recursive estimators: step, start, and rows for the self-test."""
+"""Recipe of the recursive estimators: step, start, and rows for the self-test."""
 
 import math
 from dataclasses import dataclass
@@ -13,9 +13,10 @@ from sdpgrind.identify._triangle_kernels import TriangleLaw
 
 _LEAST = math.ulp(0.0)  # derived: least weight, as it must be > 0
 _LENGTH = 40  # chosen: rows of a chain of the self-test
-_FAR = 0.3  # chosen: share of entries of a row that are 0
-_REST = 1e-3  # chosen: weight under which a row that repeats takes the digits of others within a chain
-_GONE = 0.2  # chosen: share of readings that are missing
+_ZEROS = 0.3  # chosen: share of entries of a row that are 0
+# chosen: weight that older rows keep while one row repeats: within a chain their digits are lost
+_FADING = 1e-3
+_MISSED = 0.2  # chosen: share of readings that are missing
 _SD = "standard deviation of {}; infinite while it is not known"
 
 
@@ -47,7 +48,7 @@ class Names:
 
 
 def rows_recipe(names: Names, law: TriangleLaw, state: Floats) -> Recipe:
-    """Return what is exported of recursive least squares.
+    """Return the recipe of recursive least squares.
 
     `law`: its forgetting of unit 1, its standard deviation in the unit of a target; `state`: that of
     `triangle_step`, before the first row.
@@ -79,7 +80,7 @@ def rows_recipe(names: Names, law: TriangleLaw, state: Floats) -> Recipe:
 
 
 def walk_recipe(names: Names, walk: Floats, noise: Floats, state: Floats, of_row: bool) -> Recipe:
-    """Return what is exported of a filter of random walks.
+    """Return the recipe of a filter of random walks.
 
     Parameters
     ----------
@@ -138,10 +139,10 @@ class _Rows:
             rows[:8] = rows[0] * rng.normal(size=(8, 1))
             rows[8:12] = rows[0] * (1.0 + 1e-13 * rng.normal(size=(4, self.size)))
         elif kind == 2:
-            rows[rng.random(rows.shape) < _FAR] = 0.0
+            rows[rng.random(rows.shape) < _ZEROS] = 0.0
             weight = rng.choice([np.nan, 1.0, 0.9, 0.5], _LENGTH)
         elif kind == 3:
-            rows[10:], weight[10:] = rows[10], _REST
+            rows[10:], weight[10:] = rows[10], _FADING
             rows[25:] = rng.normal(size=rows[25:].shape)
         target = rows @ np.arange(1.0, self.size + 1.0) + 0.1 * rng.normal(size=_LENGTH)
         return np.column_stack([target, weight, rows])
@@ -163,10 +164,10 @@ class _WalkReadings:
         size, sd = self.start.size, self.sd
         if not self.of_row:
             found = self.start + np.cumsum(sd * rng.normal(size=(_LENGTH, size)), axis=0)
-            found[rng.random(found.shape) < _GONE] = np.nan
+            found[rng.random(found.shape) < _MISSED] = np.nan
             return np.asarray(found)
         rows = rng.normal(size=(_LENGTH, size))
-        rows[rng.random(rows.shape) < _FAR] = 0.0
+        rows[rng.random(rows.shape) < _ZEROS] = 0.0
         reading = rows @ self.start + sd[0] * rng.normal(size=_LENGTH)
-        reading[rng.random(_LENGTH) < _GONE] = np.nan
+        reading[rng.random(_LENGTH) < _MISSED] = np.nan
         return np.column_stack([reading, rows])

@@ -210,7 +210,7 @@ def test_a_trajectory_of_ros_that_moves_otherwise_is_refused():
             read_text(damaged)
 
 
-def test_a_trajectory_of_ros_is_as_fast_as_the_motion():
+def test_a_trajectory_of_ros_is_as_fast_as_the_motion(tmp_path):
     """Speeds that are 30 % higher at one point move the contact by less than the deviation, 30 % faster there."""
     motion = planned("small")
     program = motion.program("ros", deviation=0.02)
@@ -224,10 +224,10 @@ def test_a_trajectory_of_ros_is_as_fast_as_the_motion():
     with pytest.raises(
         ValueError, match=r"text must not be faster than the plan \(mm/s\); read back, it is by 7.5"
     ):
-        changed._refuse_faulty()
+        changed.save(tmp_path / "run.json")
 
 
-def test_a_trajectory_of_ros_keeps_the_speeds_of_the_joints():
+def test_a_trajectory_of_ros_keeps_the_speeds_of_the_joints(tmp_path):
     """The last axis is that of the tool: it may turn as it likes without any feed."""
     motion = planned("small")
     program = motion.program("ros", deviation=0.02)
@@ -240,7 +240,8 @@ def test_a_trajectory_of_ros_keeps_the_speeds_of_the_joints():
     assert found.joint_speed_excess == pytest.approx(0.1, abs=1e-9)
     assert found.feed_excess < 1e-6 * motion.problem.feed_rate
     with pytest.raises(ValueError, match=r"must keep the speed limits of the joints; read back.* by 10 %"):
-        dataclasses.replace(changed, deviation=1.0)._refuse_faulty()
+        dataclasses.replace(changed, deviation=1.0).save(tmp_path / "run.json")
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_trajectory_of_ros_of_a_motion_over_a_limit_is_no_faster_than_that():

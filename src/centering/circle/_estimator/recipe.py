@@ -1,4 +1,4 @@
-"""What is exported of a streaming estimator: one reading, its settings, and readings for the self-test."""
+"""Recipe of a streaming estimator: one reading, its settings, and readings for the self-test."""
 
 import math
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ _FAULTS = (
 
 
 def recipe_of(state: Floats) -> Recipe:
-    """Return what is exported of an estimator in this state, before its first reading (rad, mm)."""
+    """Return the recipe of an estimator in this state, before its first reading (rad, mm)."""
     limacon = bool(state[at.LIMACON])
     return Recipe(
         "estimator",

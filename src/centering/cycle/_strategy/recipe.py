@@ -1,4 +1,4 @@
-"""What is exported of a strategy: the push at a state, its tables, and states for the self-test."""
+"""Recipe of a strategy: the push at a state, its tables, and states for the self-test."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -40,14 +40,13 @@ _TABLES = {
 _FRICTION_MAX, _EVIDENCE_MAX = 1e3, 1e6  # chosen: beyond any belief
 _CHAIN = 64  # chosen: states of a chain of the self-test
 _FAR = 0.2  # chosen: share of beliefs far from 1
-_LONG = (
-    5  # chosen: states for which no stroke may be long enough: greatest offset, friction beyond the tables
-)
+# chosen: states for which no stroke may be long enough: greatest offset, friction beyond the tables
+_LONG = 5
 _SPREAD = (0.01, 0.1, 0.3)  # chosen: offset over the greatest one, friction scale, evidence
 
 
 def recipe_of(strategy: Any, tables: tuple[Any, ...], greatest: float) -> Recipe:
-    """Return what is exported of a strategy.
+    """Return the recipe of a strategy.
 
     Parameters
     ----------

@@ -63,6 +63,13 @@ def listed(manifest: bytes) -> set[str]:
     return {*files, _MANIFEST} if isinstance(files, dict) else set()
 
 
+def lay_out(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files into a folder, and the folders in it that their names ask for."""
+    for name, content in files.items():
+        (folder / name).parent.mkdir(exist_ok=True, parents=True)
+        (folder / name).write_bytes(content)
+
+
 def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> None:
     """Write all files of a folder beside it and move it there; the same content stays as it is."""
     check_free(path, overwrite)
@@ -76,9 +83,8 @@ def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> Non
     made = beside(target)
     try:
         made.mkdir()
-        for name, content in files.items():
-            (made / name).parent.mkdir(exist_ok=True, parents=True)
-            (made / name).write_bytes(content)
+        lay_out(made, files)
+        for name in files:
             durable(made / name)
         _swap(made, target)
     finally:

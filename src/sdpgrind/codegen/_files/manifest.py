@@ -9,8 +9,8 @@ from typing import Any
 from sdpgrind.codegen._files.shell import CSource
 from sdpgrind.codegen._files.vectors import STEPS, Vectors
 from sdpgrind.codegen._recipe import Recipe
+from sdpgrind.codegen._translate.runtime import FLAGS
 
-FLAGS = ("-std=c99", "-ffp-contract=off")
 _OWN = 96  # chosen: bytes of stack of `step` beside its copy of the state and the outputs
 _PROMISES = {
     "none": "same bits on every IEEE 754 target: no libm function is used",

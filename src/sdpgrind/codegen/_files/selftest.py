@@ -3,13 +3,13 @@
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen._files.vectors import SEED, STEPS, Vectors, spread_of
 from sdpgrind.codegen._recipe import Recipe
-from sdpgrind.codegen._translate.runtime import GUARDS
+from sdpgrind.codegen._translate.runtime import FLAGS, GUARDS
 
 THIS_C = "this C where it was exported"
 _TEXT = """\
 /*
  * {name}_selftest.c: {rows} vectors and {blocks} digests of {steps} steps, against {reference}.
- * cc -std=c99 -O2 -ffp-contract=off {name}.c {units}{name}_selftest.c -lm -o t && ./t
+ * cc {flags} {name}.c {units}{name}_selftest.c -lm -o t && ./t
  * Returns 0 where every bit of outputs, status and state is that of {reference}, else 1.
  */
 #include "{name}.h"
@@ -238,7 +238,7 @@ def selftest(recipe: Recipe, name: str, vectors: Vectors, folder: bool = False) 
         reference=THIS_C if folder else "the library", units=_units(recipe, name, folder),
         name=name, upper=name.upper(), guards=GUARDS, rows=len(vectors.rows), inputs=len(recipe.inputs),
         outputs=len(recipe.outputs), blocks=len(digests), steps=STEPS, seed=SEED,
-        digest=f"{vectors.digest:#018x}",
+        digest=f"{vectors.digest:#018x}", flags=" -O2 ".join(FLAGS),
         vectors=_vectors(vectors), digests=_columns(digests, 4), spread=_listed(spread_of(recipe)),
         missing=", ".join(str(int(not one)) for one in recipe.finite),
         given="\n".join(f"    in.{one} = row[{k}];" for k, one in enumerate(recipe.inputs)),

@@ -13,7 +13,7 @@ from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._translate.body import text_of
 from sdpgrind.codegen._translate.calls import LIBM
 from sdpgrind.codegen._translate.program import CProgram, Function
-from sdpgrind.codegen._translate.runtime import GUARDS
+from sdpgrind.codegen._translate.runtime import FLAGS, GUARDS
 from sdpgrind.codegen._translate.types import FLOAT64, Array, Scalar
 from sdpgrind.codegen._translate.values import GUARD, Value, double
 
@@ -21,7 +21,7 @@ _TOP = """\
 /*
  * {name}.c: {kind}, exported by sdpgrind {version}; fingerprint {fingerprint}.
  * Translated from the kernels that the library runs; see manifest.json. Do not edit.
- * Compile with -std=c99 -ffp-contract=off.
+ * Compile with {flags}.
  */
 #include "{name}.h"
 
@@ -83,6 +83,7 @@ def source_of(recipe: Recipe, name: str, version: str, outside: str = "") -> CSo
     program.drop_unreached(lines + reset)
     text = _TOP.format(
         name=name, kind=recipe.kind, version=version, fingerprint=recipe.fingerprint, guards=GUARDS,
+        flags=" ".join(FLAGS),
         definitions=program.definitions(), reset=reset, step=lines,
         solver="" if recipe.program is None else _SOLVER.format(name=name),
     )  # fmt: skip
@@ -129,35 +130,47 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
         calls += ["if (status > 0) {", f"    {name}_solve(room);", "}", f"status = (int32_t){finish};"]
     if not isinstance(function.result, Scalar) or function.result.c == "double":
         raise checks.refuse("step", "a kernel that returns a whole number, the status", function.result)
-    changes = function.parameters[0] in function.written
+    lines = [*_declared(recipe, name, function), *_refused_inputs(recipe)]
+    lines += ["(void)memcpy(s, state->s, sizeof s);", *calls]
+    lines += _outside_index(name, function) if program.checked else []
+    lines += [*_refused_status(function), *_taken(recipe, function)]
+    return function, "\n".join(one if one.startswith("#") else "    " + one for one in lines)
+
+
+def _declared(recipe: Recipe, name: str, function: Function) -> list[str]:
+    """Declarations of `step`."""
     lines = [f"double s[{name.upper()}_STATE_SIZE];", f"double o[{len(recipe.outputs)}] = {{0.0}};"]
     lines += [] if recipe.program is None else [f"double room[{recipe.program.width}] = {{0.0}};"]
     lines += ["int32_t fault = 0;"] if function.faults else []
-    lines.append("int32_t status;")
-    for test in _outside(recipe):
-        lines += [f"if ({test}) {{", "    return -1;", "}"]
-    lines += ["(void)memcpy(s, state->s, sizeof s);", *calls]
-    if program.checked:
-        fault = "fault = -3;" if function.faults else "return -3;"
-        outside = f"{name}_outside"
-        lines += [
-            "#ifdef SG_CHECK",
-            f"if ({outside} != 0) {{ {GUARD}",
-            f"    {outside} = 0;",
-            f"    {fault}",
-            "}",
-            "#endif",
-        ]
-    lines += [f"if (fault != 0) {{ {GUARD}", "    return fault;", "}"] if function.faults else []
-    guard = "" if function.refuses else f" {GUARD}"
-    lines += (
-        [f"if (status < 0) {{{guard}", "    return -1;", "}"]
-        if function.least is None or function.least < 0
-        else []
-    )
-    lines += ["(void)memcpy(state->s, s, sizeof s);"] if changes else []
-    lines += [f"out->{one} = o[{k}];" for k, one in enumerate(recipe.outputs)] + ["return status;"]
-    return function, "\n".join(one if one.startswith("#") else "    " + one for one in lines)
+    return [*lines, "int32_t status;"]
+
+
+def _refused_inputs(recipe: Recipe) -> list[str]:
+    """Return of `step` before anything else, where an input is out of its range."""
+    return [line for test in _outside(recipe) for line in (f"if ({test}) {{", "    return -1;", "}")]
+
+
+def _outside_index(name: str, function: Function) -> list[str]:
+    """Fault of `step` on the test bench, where a number was no index."""
+    fault, outside = "fault = -3;" if function.faults else "return -3;", f"{name}_outside"
+    test = [f"if ({outside} != 0) {{ {GUARD}", f"    {outside} = 0;", f"    {fault}", "}"]
+    return ["#ifdef SG_CHECK", *test, "#endif"]
+
+
+def _refused_status(function: Function) -> list[str]:
+    """Return of `step` without a change, where a loop has reached its bound or the kernel refuses."""
+    lines = [f"if (fault != 0) {{ {GUARD}", "    return fault;", "}"] if function.faults else []
+    if function.least is None or function.least < 0:
+        guard = "" if function.refuses else f" {GUARD}"
+        lines += [f"if (status < 0) {{{guard}", "    return -1;", "}"]
+    return lines
+
+
+def _taken(recipe: Recipe, function: Function) -> list[str]:
+    """End of `step`: the new state, the outputs, the status."""
+    changes = function.parameters[0] in function.written
+    lines = ["(void)memcpy(state->s, s, sizeof s);"] if changes else []
+    return [*lines, *(f"out->{one} = o[{k}];" for k, one in enumerate(recipe.outputs)), "return status;"]
 
 
 def _both(first: Function, last: Function, width: int) -> Function:

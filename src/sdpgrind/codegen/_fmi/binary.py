@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from sdpgrind.codegen._files.folder import lay_out
 from sdpgrind.codegen._proof import compilers
 
 COMPILER = "gcc"
@@ -14,7 +15,7 @@ _FLAGS = ("-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s", "-Wl,--build-i
 """Only functions of the standard are seen from outside: two FMUs in a process have equal names inside."""
 
 
-def units_of(sources: Iterable[str]) -> list[str]:
+def compiled_of(sources: Iterable[str]) -> list[str]:
     """Return the files that are compiled by themselves: foreign ones, in folders, are included by these."""
     return sorted(one for one in sources if one.endswith(".c") and "/" not in one)
 
@@ -27,9 +28,7 @@ def binary_of(name: str, sources: Mapping[str, bytes]) -> tuple[bytes | None, st
         return None, f"{COMPILER} was not found on this computer"
     with tempfile.TemporaryDirectory() as kept:
         folder = Path(kept)
-        for file, content in sources.items():
-            (folder / file).parent.mkdir(exist_ok=True, parents=True)
-            (folder / file).write_bytes(content)
-        units = [folder / file for file in units_of(sources)]
+        lay_out(folder, sources)
+        units = [folder / file for file in compiled_of(sources)]
         compilers.compiled(COMPILER, units, folder / f"{name}.so", *_FLAGS)
         return (folder / f"{name}.so").read_bytes(), ""

@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 from sdpgrind.codegen._fmi.base_units import base_unit
 from sdpgrind.codegen._fmi.variables import UnitVariable, first_value, variables_of
 from sdpgrind.codegen._recipe import Recipe
+from sdpgrind.codegen._translate.runtime import FLAGS
 
 _SAMPLES = 500  # chosen: steps of the default experiment; some masters lengthen steps beyond 1000
 _DECLARED = b'<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -43,7 +44,7 @@ def build_description(name: str, sources: Sequence[str]) -> bytes:
     """Return ``buildDescription.xml``: that of FMI 3.0, which tools read in FMUs of 2.0, too."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     build = SubElement(root, "BuildConfiguration", modelIdentifier=name)
-    files = SubElement(build, "SourceFileSet", language="C99", compilerOptions="-ffp-contract=off")
+    files = SubElement(build, "SourceFileSet", language="C99", compilerOptions=FLAGS[1])
     for one in sources:
         SubElement(files, "SourceFile", name=one)
     SubElement(build, "Library", name="m", external="true")

@@ -8,7 +8,7 @@ from typing import Any
 
 from sdpgrind.base.warned import warn
 from sdpgrind.codegen._files.manifest import text_of
-from sdpgrind.codegen._fmi.binary import FOLDER, binary_of, units_of
+from sdpgrind.codegen._fmi.binary import FOLDER, binary_of, compiled_of
 from sdpgrind.codegen._fmi.description import build_description, model_description
 from sdpgrind.codegen._fmi.unit_source import unit_source
 from sdpgrind.codegen._recipe import Recipe
@@ -18,7 +18,7 @@ def unit_files(recipe: Recipe, name: str, version: str, exported: Mapping[str, b
     """Return the files of an FMU by their path, of those of an export in C."""
     apart = {f"{name}_selftest.c", "vectors.bin", "manifest.json"}
     c_files = {one: content for one, content in exported.items() if one not in apart}
-    sources = units_of([*c_files, f"{name}_fmu.c"])
+    sources = compiled_of([*c_files, f"{name}_fmu.c"])
     guid = _guid(recipe, name, version, c_files, sources)
     c_files[f"{name}_fmu.c"] = unit_source(recipe, name, guid).encode("ascii")
     files = {

@@ -9,20 +9,16 @@ from pathlib import Path, PurePosixPath
 
 from sdpgrind.base import checks
 from sdpgrind.codegen._math.c_file import CFile
+from sdpgrind.codegen._names import HEADERS
 from sdpgrind.codegen._translate.calls import EXACT, LIBM
 
-_MORE = "acosh asinh atanh erf erfc lgamma tgamma exp10 pow10 sincos"
+_MORE = "erf erfc lgamma tgamma exp10 pow10 sincos"
 _OWN_BITS = frozenset(f"{LIBM} {_MORE}".split()) - {"fmod"}
 """Functions that C libraries compute with last bits of their own."""
 _LICENCE = re.compile(r"(licen[cs]e|copying|copyright)", re.IGNORECASE)
 _GENERIC = "generic"  # source: musl and glibc: the folder of what no processor has of its own
 
 _MARKS = ("hidden",)  # source: musl, include/features.h of its build: not seen by other libraries
-_STANDARD = """
-assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool stddef
-stdint stdio stdlib string tgmath time
-"""
-"""Headers of C; source: ISO/IEC 9899:1999, 7.1.2."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +29,7 @@ class MathSources:
     ----------
     files : dict of str to bytes
         All files as they are in the user's folder.
-    units : tuple of str
+    compiled : tuple of str
         Those that are compiled by themselves.
     names : tuple of str
         What they define for one another, or declare under a name of the C library's kind, and is renamed.
@@ -46,7 +42,7 @@ class MathSources:
     """
 
     files: dict[str, bytes]
-    units: tuple[str, ...]
+    compiled: tuple[str, ...]
     names: tuple[str, ...]
     functions: dict[str, str]
     licences: tuple[str, ...]
@@ -150,7 +146,7 @@ class _MathSearch:
         found = [one for one in self._all if f"/{one}".endswith(f"/{wanted}")]
         if found:
             return self._chosen(found, f"{wanted} stands")
-        if wanted.removesuffix(".h") in _STANDARD.split():
+        if wanted.removesuffix(".h") in HEADERS:
             return None
         raise ValueError(
             f"math must be a folder that has {wanted}, which its {name} includes; {self.path} has not"
@@ -169,7 +165,7 @@ class _MathSearch:
         names = _union(list(self.units.values()), "defined") | _union(texts, "reserved")
         return MathSources(
             files=dict(sorted(files.items())),
-            units=tuple(sorted(short[one] for one in self.units)),
+            compiled=tuple(sorted(short[one] for one in self.units)),
             names=tuple(sorted(names)),
             functions={one: short[self.where[one]] for one in functions},
             licences=tuple(one.replace("/", "_") for one in licences),

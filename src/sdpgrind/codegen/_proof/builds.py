@@ -11,7 +11,7 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.codegen._files.vectors import Answers
 from sdpgrind.codegen._proof import compilers
 from sdpgrind.codegen._proof.foreign import other_functions
-from sdpgrind.codegen._proof.library import Library
+from sdpgrind.codegen._proof.library import Library, sizes_of
 from sdpgrind.codegen._proof.program import ProgramRun
 from sdpgrind.codegen._proof.reference import COMPILERS
 from sdpgrind.codegen._proof.stack import stack_of
@@ -53,7 +53,7 @@ class Builds:
     ) -> None:
         self.libm, self._fresh = libm, fresh
         self._recipe, self._source, self._folder, self._name = recipe, source, folder, name
-        self._sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
+        self._sizes = sizes_of(recipe)
         self.builds: dict[str, Runner] = {}
         self.most: dict[str, float] = {}
 

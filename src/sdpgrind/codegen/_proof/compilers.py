@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sdpgrind.base import checks
+from sdpgrind.codegen._translate.runtime import FLAGS
 
 _TOLD = 20  # chosen: lines of a compiler's words; the first ones name what is wrong
 STRICT = ("-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-pedantic", "-Werror")
@@ -20,14 +21,14 @@ def found(compilers: Sequence[str]) -> tuple[list[str], list[str]]:
 
 def compiled(compiler: str, sources: Sequence[Path], out: Path, *flags: str) -> None:
     """Compile sources into a file; raise with the compiler's words."""
-    command = [compiler, "-std=c99", "-ffp-contract=off", *flags, *map(str, sources), "-lm", "-o", str(out)]
+    command = [compiler, *FLAGS, *flags, *map(str, sources), "-lm", "-o", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         told = "\n".join(done.stderr.strip().splitlines()[:_TOLD])
         raise RuntimeError(f"{compiler} refused the export: {told}")
 
 
-def units(folder: Path, name: str) -> list[Path]:
+def sources_of(folder: Path, name: str) -> list[Path]:
     """Return the sources of an export that are compiled, but for its self-test."""
     usual = [folder / f"{name}.c", folder / f"{name}_program.c"]
     return [*(one for one in usual if one.exists()), *sorted(folder.glob(f"{name}_math_*.c"))]

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from sdpgrind.codegen._proof.compilers import needed
-from sdpgrind.codegen._proof.library import Library
+from sdpgrind.codegen._proof.library import Library, sizes_of
 from sdpgrind.codegen._recipe import Recipe, shown
 
 
@@ -39,7 +39,7 @@ class CompiledController:
 
     def __init__(self, recipe: Recipe, folder: Path, name: str, compiler: str) -> None:
         self._recipe, self._name, self._compiler = recipe, name, compiler
-        sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
+        sizes = sizes_of(recipe)
         with tempfile.TemporaryDirectory() as kept:  # the library stays loaded without its file
             self._library = Library(folder, Path(kept), name, sizes, needed(compiler), "-O2")
         self.period, self.status = recipe.period, 0

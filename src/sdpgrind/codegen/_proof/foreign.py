@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sdpgrind.codegen._proof.compilers import compiled
+from sdpgrind.codegen._translate.prototypes import arguments
 
-_TWO = ("pow", "atan2", "hypot", "fmod")
 _PROGRAM = """\
 #include <inttypes.h>
 #include <math.h>
@@ -56,9 +56,7 @@ _COUNT = 100_000  # chosen: arguments of each function; hypot of glibc differs i
 def other_functions(names: Sequence[str], folder: Path, here: str, there: str, emulator: str) -> list[str]:
     """Return those of the functions whose bits differ between this computer and an emulated one."""
     source = folder / "functions.c"
-    parts = [
-        _FUNCTION.format(name=one, arguments="x, y" if one in _TWO else "x", count=_COUNT) for one in names
-    ]
+    parts = [_FUNCTION.format(name=one, arguments=", ".join(arguments(one)), count=_COUNT) for one in names]
     source.write_text(_PROGRAM.replace("@", "\n".join(parts)))
     found = []
     for compiler, flags, command in ((here, [], []), (there, ["-static"], [emulator])):

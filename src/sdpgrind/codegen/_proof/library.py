@@ -8,7 +8,8 @@ import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.codegen._files.vectors import Answers
-from sdpgrind.codegen._proof.compilers import compiled, units
+from sdpgrind.codegen._proof.compilers import compiled, sources_of
+from sdpgrind.codegen._recipe import Recipe
 
 _MANY = """\
 #include "{name}.h"
@@ -37,6 +38,11 @@ void {name}_many({name}_state *state, int64_t count, const double *rows, const u
 """
 
 
+def sizes_of(recipe: Recipe) -> tuple[int, int, int]:
+    """Return the numbers of inputs, outputs and entries of the state."""
+    return len(recipe.inputs), len(recipe.outputs), recipe.state.size
+
+
 def many_steps(name: str, sizes: tuple[int, int, int]) -> str:
     """Return the C of a loop over rows, for numbers of inputs, outputs and entries of the state."""
     inputs, outputs, states = sizes
@@ -61,7 +67,7 @@ class Library:
         driver, built = folder / f"{name}_many.c", folder / f"{name}.so"
         driver.write_text(many_steps(name, sizes))
         include = f"-I{source}"
-        compiled(compiler, [*units(source, name), driver], built, "-shared", "-fPIC", include, *flags)
+        compiled(compiler, [*sources_of(source, name), driver], built, "-shared", "-fPIC", include, *flags)
         self._library = ctypes.CDLL(str(built))
         self._step = getattr(self._library, f"{name}_step")
         self._step.restype = ctypes.c_int32

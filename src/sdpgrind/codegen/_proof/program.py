@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.codegen._files.vectors import Answers
-from sdpgrind.codegen._proof.compilers import compiled, units
+from sdpgrind.codegen._proof.compilers import compiled, sources_of
 from sdpgrind.codegen._proof.library import many_steps
 
 _MAIN = """
@@ -82,7 +82,7 @@ class ProgramRun:
         driver, program = folder / f"{name}_main.c", folder / "program"
         main = _MAIN.format(name=name, inputs=inputs, outputs=outputs, states=states)
         driver.write_text(many_steps(name, sizes) + main)
-        compiled(compiler, [*units(source, name), driver], program, f"-I{source}", *flags)
+        compiled(compiler, [*sources_of(source, name), driver], program, f"-I{source}", *flags)
         self._command = [*([emulator] if emulator else []), str(program)]
 
     def take(self, rows: Floats, resets: Bools) -> Answers:

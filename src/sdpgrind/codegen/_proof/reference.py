@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.codegen._files.folder import lay_out
 from sdpgrind.codegen._files.vectors import ROWS, STEPS, LibrarySteps, Varied, blocks_of, rows_of
 from sdpgrind.codegen._proof import compilers
-from sdpgrind.codegen._proof.library import Library
+from sdpgrind.codegen._proof.library import Library, sizes_of
 from sdpgrind.codegen._recipe import Recipe
 
 COMPILERS = ("gcc", "clang", "cc")  # chosen: any compiler of this computer gives these bits
@@ -28,9 +29,7 @@ def built_here(recipe: Recipe, name: str, files: Mapping[str, bytes]) -> Iterato
         )
     with tempfile.TemporaryDirectory() as kept:
         folder = Path(kept)
-        for file, content in files.items():
-            (folder / file).parent.mkdir(exist_ok=True, parents=True)
-            (folder / file).write_bytes(content)
+        lay_out(folder, files)
         library = library_of(recipe, folder, folder, name, there[0])
 
         def begin() -> Library:
@@ -42,9 +41,10 @@ def built_here(recipe: Recipe, name: str, files: Mapping[str, bytes]) -> Iterato
 
 def library_of(recipe: Recipe, source: Path, place: Path, name: str, compiler: str) -> Library:
     """Return the export in a folder as a library, built in `place`; a function must have been declared."""
-    sizes = (len(recipe.inputs), len(recipe.outputs), recipe.state.size)
     try:
-        return Library(source, place, name, sizes, compiler, "-O0", "-Werror=implicit-function-declaration")
+        return Library(
+            source, place, name, sizes_of(recipe), compiler, "-O0", "-Werror=implicit-function-declaration"
+        )
     except OSError as error:
         raise RuntimeError(f"{compiler} lacks something that the export needs: {error}") from None
 

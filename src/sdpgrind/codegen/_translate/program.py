@@ -13,8 +13,9 @@ import numpy as np
 
 from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._translate.body import CLine, merged, without_unused
+from sdpgrind.codegen._translate.prototypes import declared
 from sdpgrind.codegen._translate.refusals import KernelSource, check_options
-from sdpgrind.codegen._translate.runtime import AT_MACRO, guarded, helper_text, helpers_in_order, prototypes
+from sdpgrind.codegen._translate.runtime import AT_MACRO, guarded, helper_text, helpers_in_order
 from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.types import (
     BOOL,
@@ -303,7 +304,7 @@ class CProgram:
         parts += list(self.tables.values())
         parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
         if self.outside and (names := guarded(self.helpers)):
-            parts.append(prototypes(names, self.outside))
+            parts.append("\n".join(declared(names, self.outside)))
         parts += [helper_text(name, prefix, self.outside) for name in helpers_in_order(self.helpers)]
         functions = [one for one in self.written if one.view is None]
         parts.append("\n".join(f"{one.signature};" for one in functions))

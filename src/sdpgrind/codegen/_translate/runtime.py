@@ -5,6 +5,11 @@
 
 from collections.abc import Iterable
 
+from sdpgrind.codegen._translate.prototypes import arguments
+
+FLAGS = ("-std=c99", "-ffp-contract=off")
+"""Of every build; `GUARDS` say the same in the text, for compilers that follow pragmas."""
+
 GUARDS = """\
 #if defined(__FAST_MATH__)
 #error "compile without -ffast-math: it changes results"
@@ -31,7 +36,6 @@ static double @{name}({parameters})
     {declared}
     return {function}({arguments});
 }}"""
-_TWO = ("pow", "atan2", "hypot", "fmod")
 _OWN = {
     "min": """static double @min(double a, double b)
 {
@@ -137,7 +141,7 @@ def helper_text(name: str, prefix: str, outside: str = "") -> str:
     """Return the definition of a helper; `outside`: prefix of the function that a guard calls."""
     text = _OWN.get(name)
     if text is None:
-        letters = _letters(name)
+        letters = arguments(name)
         text = _GUARD.format(
             name=name,
             function=f"{outside}{name}",
@@ -146,16 +150,6 @@ def helper_text(name: str, prefix: str, outside: str = "") -> str:
             arguments=", ".join(f"v{one}" for one in letters),
         )
     return text.replace("@", prefix)
-
-
-def _letters(name: str) -> str:
-    return "xy" if name in _TWO else "x"
-
-
-def prototypes(names: Iterable[str], outside: str) -> str:
-    """Return the declarations of elementary functions under a prefix."""
-    given = {one: ", ".join(f"double {letter}" for letter in _letters(one)) for one in names}
-    return "\n".join(f"double {outside}{one}({parameters});" for one, parameters in given.items())
 
 
 def guarded(names: Iterable[str]) -> list[str]:

@@ -3,8 +3,6 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import numpy as np
-
 from sdpgrind.base import checks
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing._problem.travel_times import travel_times
@@ -12,7 +10,7 @@ from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.path._lift import Lift
 from sdpgrind.finishing.path._lifted_path import LiftedPath
-from sdpgrind.finishing.path._order import best_order, cost_of
+from sdpgrind.finishing.path._order import as_given, best_order, cost_of
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._sequenced_path import SequencedPath, travels
 
@@ -97,13 +95,9 @@ def sequence(
             )
         table, timed = travel_times(FinishingProblem(given, robot=robot, **held), given), True
     best = best_order(table)
-    times = (cost_of(table, np.arange(0, len(table), 2)), cost_of(table, best.states)) if timed else None
-    return given.replace(
-        order=tuple((best.states // 2).tolist()),
-        backwards=tuple((best.states % 2 == 1).tolist()),
-        exact=best.exact,
-        times=times,
-    )
+    both = (as_given(len(given.order)), best.states)
+    times = tuple(cost_of(table, each) for each in both) if timed else None
+    return given.replace(order=best.pieces, backwards=best.backwards, exact=best.exact, times=times)
 
 
 def _flat(paths: Any) -> Iterator[Path | LiftedPath]:

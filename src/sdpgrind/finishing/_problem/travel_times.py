@@ -26,8 +26,8 @@ def travel_times(problem: FinishingProblem, path: SequencedPath) -> Floats:
     joints = _over(problem, twice).reshape(2, count, 2, -1).swapaxes(0, 1)
     starts, ends = (joints[:, :, k].reshape(2 * count, -1) for k in (0, 1))
     robot, apart = problem.robot, np.abs(ends[:, None] - starts)
-    round_ = _turns_round(robot)
-    apart[..., round_] = np.abs(np.remainder(apart[..., round_] + np.pi, 2 * np.pi) - np.pi)
+    whole = _whole_turns(robot)
+    apart[..., whole] = np.abs(np.remainder(apart[..., whole] + np.pi, 2 * np.pi) - np.pi)
     slowest = rest_to_rest(apart, robot.speed_max, robot.acceleration_max).max(axis=-1)
     way = travels(path.pieces, path.lift)
     return np.asarray(np.maximum(slowest, rest_to_rest(way, path.lift.air_feed, problem.acceleration)))
@@ -41,7 +41,7 @@ def _over(problem: FinishingProblem, path: SequencedPath) -> Floats:
     return np.asarray(chosen.joints[there])
 
 
-def _turns_round(robot: Any) -> npt.NDArray[np.bool_]:
+def _whole_turns(robot: Any) -> npt.NDArray[np.bool_]:
     """Which joints may turn once or more."""
     span = np.asarray(robot.position_max) - np.asarray(robot.position_min)
     return np.asarray((np.array(robot.units) == "rad") & (span >= 2 * np.pi))

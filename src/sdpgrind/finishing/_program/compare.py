@@ -127,7 +127,8 @@ def check_table(path: Any, motion: PlannedMotion) -> MotionCheck:
     share = np.arange(PLACES) / PLACES
     inner = (path.time[:-1, None] + share * np.diff(path.time)[:, None]).ravel()
     time = np.union1d(np.append(inner, path.time[-1]), motion.time)
-    told = _over_time(path, time)
+    cubics = JointCubics(path.time, path.joints, path.speeds) if path.speeds.size else None
+    told = _straight(path, time) if cubics is None else cubics.at(time)
     planned = motion.at(np.clip(time, 0.0, motion.time[-1])).joints
     here, wanted = robot.forward_work(told), robot.forward_work(planned)
     if path.approach.size:
@@ -136,22 +137,18 @@ def check_table(path: Any, motion: PlannedMotion) -> MotionCheck:
     here, wanted = here @ shifted(lever), wanted @ shifted(lever)
     off = np.linalg.norm(here[:, :3, 3] - wanted[:, :3, 3], axis=1)
     angle = float(angle_between(turns_of(here), turns_of(wanted)).max())
-    return MotionCheck(max(float(off.max()), lever * angle), angle, *_speed_excess(path, motion, time))
+    excess = (0.0, 0.0) if cubics is None else _speed_excess(cubics, motion, time)
+    return MotionCheck(max(float(off.max()), lever * angle), angle, *excess)
 
 
-def _over_time(path: Any, time: Floats) -> Floats:
-    """Joints at times: on cubics where the program tells speeds, else on straight lines."""
-    if path.speeds.size:
-        return JointCubics(path.time, path.joints, path.speeds).at(time)
+def _straight(path: Any, time: Floats) -> Floats:
+    """Joints at times, on straight lines: the program tells no speeds."""
     return np.stack([np.interp(time, path.time, column) for column in path.joints.T], axis=1)
 
 
-def _speed_excess(path: Any, motion: PlannedMotion, time: Floats) -> tuple[float, float]:
+def _speed_excess(told: JointCubics, motion: PlannedMotion, time: Floats) -> tuple[float, float]:
     """Greatest excess of the speed of the contact, mm/s, and of a joint, share of its limit; see above."""
-    if not path.speeds.size:
-        return 0.0, 0.0
     problem, profile = motion.problem, motion.profile
-    told = JointCubics(path.time, path.joints, path.speeds)
     plan = JointCubics(profile[:, 0], profile[:, 1:], motion.profile_speed)
     contact = [each.contact_speed(problem.robot, problem.lever_arm, time) for each in (told, plan)]
     told_share, planned = (np.abs(each.speed(time)) / problem.robot.speed_max for each in (told, plan))

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,9 @@ from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import Ints, PathSamples
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
+
+if TYPE_CHECKING:
+    from sdpgrind.finishing.path._metrics import PathMetrics
 
 LEG = 2.0  # mm, chosen: a move through the air counts as legs of at most this length
 
@@ -193,6 +196,32 @@ class LiftedCourse(ABC):
             return _in_air(stretch, own)
         found = stretch.thing.at(own)
         return found._replace(run=found.run + stretch.run, length=found.length + stretch.before)
+
+    def metrics(
+        self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None
+    ) -> "PathMetrics":
+        """Return the quality of the pieces over the trimmed area of their patch; see `Path.metrics`.
+
+        Parameters
+        ----------
+        footprint_radius : float
+            Greatest straight distance of the tool's effect from the path, mm; see `ball_footprint`.
+        surface_step, path_step : float, optional
+            Width of the smallest cells of the surface, mm, cut to 1/4 of the pitch (None: 1/40 of radius),
+            and longest chord of the path, mm (None: chords leave it by 0.1 % of radius or pitch).
+
+        Raises
+        ------
+        ValueError
+            When the path is on several patches: ``path.paths[0].metrics(...)`` tells of each.
+        """
+        from sdpgrind.finishing.path._metrics import metrics
+
+        if len(self.patches) > 1:
+            rule = "on one patch for metrics; path.paths[0].metrics(...) tells of each"
+            raise checks.refuse("path", rule, f"one on {len(self.patches)} patches")
+        patch = self.patches[0]
+        return metrics(self, footprint_radius, surface_step, path_step, pieces=self.pieces, patch=patch)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the path with its lifts in three dimensions, mm, in the axes `ax` or a new figure."""

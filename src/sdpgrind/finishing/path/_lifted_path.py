@@ -3,7 +3,7 @@
 from dataclasses import KW_ONLY
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
@@ -14,9 +14,6 @@ from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.path._path import BLEND, Path
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.path._metrics import PathMetrics
 
 
 def _starts(name: str, value: Any) -> tuple[int, ...]:
@@ -136,20 +133,3 @@ class LiftedPath(Described, ByValue, LiftedCourse):
         unit = units_of(Path)["deviation"]
         most = BLEND * self.pitch if deviation is None else checks.positive("deviation", deviation, unit)
         return self.replace(path=self.path.replace(deviation=most))
-
-    def metrics(
-        self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None
-    ) -> "PathMetrics":
-        """Return the quality of the pieces over the trimmed area; see `Path.metrics`.
-
-        Parameters
-        ----------
-        footprint_radius : float
-            Greatest straight distance of the tool's effect from the path, mm; see `ball_footprint`.
-        surface_step, path_step : float, optional
-            Width of the smallest cells of the surface, mm, cut to 1/4 of the pitch (None: 1/40 of radius),
-            and longest chord of the path, mm (None: chords leave it by 0.1 % of radius or pitch).
-        """
-        from sdpgrind.finishing.path._metrics import metrics
-
-        return metrics(self, footprint_radius, surface_step, path_step, pieces=self.pieces, patch=self.patch)

@@ -26,6 +26,21 @@ class Order(NamedTuple):
     states: Ints
     exact: bool
 
+    @property
+    def pieces(self) -> tuple[int, ...]:
+        """Number of each piece, in sequence."""
+        return tuple((self.states // 2).tolist())
+
+    @property
+    def backwards(self) -> tuple[bool, ...]:
+        """Whether each of them goes backwards."""
+        return tuple((self.states % 2 == 1).tolist())
+
+
+def as_given(count: int) -> Ints:
+    """Return the states of `count` pieces in their own sequence, all forward."""
+    return np.arange(0, 2 * count, 2)
+
 
 def best_order(cost: Floats) -> Order:
     """Return the order of n pieces by a table (2 n, 2 n): exact for up to `EXACT` pieces, else improved.
@@ -36,7 +51,7 @@ def best_order(cost: Floats) -> Order:
     """
     count = len(cost) // 2
     exact = count <= EXACT
-    given = np.arange(0, 2 * count, 2)
+    given = as_given(count)
     found = [least(cost)] if exact else [improved(cost, each) for each in (given, *_nearest(cost))]
     both = [given, *(each for one in found for each in (one, one[::-1] ^ 1))]
     total = np.array([cost_of(cost, each) for each in both])
@@ -105,9 +120,11 @@ def improved(cost: Floats, states: Ints) -> Ints:
 
 
 class OrderCosts:
-    """Costs from every place of a sequence to every other one, places 1 to n; at 0 and n + 1 all is free.
+    """Costs from every place i of a sequence to every other place j; places are 1 to n, 0 and n + 1 cost 0.
 
-    `there` both as they are, `turned` to the other one backwards, `back` from this one backwards.
+    ``there[i, j]``: both pieces in their directions; ``turned[i, j]``: j in the other direction;
+    ``back[i, j]``: i in the other direction. ``link[i]``: from i to i + 1. ``inside[k]``: what the first k
+    links cost more in the other direction.
     """
 
     def __init__(self, cost: Floats, states: Ints) -> None:
@@ -119,7 +136,6 @@ class OrderCosts:
         self.back[inner] = cost[np.ix_(states ^ 1, states)]
         self.link = np.diag(self.there, 1)
         own, other = self.link[1:-1], cost[states[1:] ^ 1, states[:-1] ^ 1]
-        # of all before a place, backwards beyond forward
         self.inside = np.append(0.0, np.cumsum(other - own))
 
     def reversed(self) -> tuple[float, Ints]:

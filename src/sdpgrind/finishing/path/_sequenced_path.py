@@ -2,7 +2,7 @@
 
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,12 +15,10 @@ from sdpgrind.finishing.path._air import contact_end, lifted_off
 from sdpgrind.finishing.path._lift import Lift
 from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.path._lifted_path import LiftedPath
+from sdpgrind.finishing.path._order import as_given, cost_of
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.surface._patch import Patch
 from sdpgrind.finishing.surface._surface import Surface
-
-if TYPE_CHECKING:
-    from sdpgrind.finishing.path._metrics import PathMetrics
 
 NEAR = 1.0  # mm, chosen: places on the straight moves, and on the work, whose distances are compared
 SEVERAL = "several"  # name of patterns and mappings of which there is more than one
@@ -166,17 +164,19 @@ class SequencedPath(Described, ByValue, LiftedCourse):
         return max(each.deviation for each in self.paths)
 
     @cached_property
+    def _travels(self) -> Floats:
+        """Lengths between the pieces as given, mm; see `travels`."""
+        return travels(self._given, self.lift)
+
+    @property
     def travel(self) -> float:
         """Length of the straight moves between pieces, at the height of the lifts, mm."""
-        states = np.array(self.order) * 2 + np.array(self.backwards)
-        table = travels(self._given, self.lift)
-        return float(table[states[:-1], states[1:]].sum())
+        return cost_of(self._travels, 2 * np.array(self.order) + self.backwards)
 
-    @cached_property
+    @property
     def travel_given(self) -> float:
         """The same in the sequence as given, all pieces forward, mm."""
-        table, states = travels(self._given, self.lift), 2 * np.arange(len(self._given))
-        return float(table[states[:-1], states[1:]].sum())
+        return cost_of(self._travels, as_given(len(self._given)))
 
     @cached_property
     def least_clearance(self) -> float:
@@ -211,46 +211,20 @@ class SequencedPath(Described, ByValue, LiftedCourse):
         """
         return self.replace(paths=tuple(each.blended(deviation) for each in self.paths))
 
-    def metrics(
-        self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None
-    ) -> "PathMetrics":
-        """Return the quality of the pieces over the trimmed area of one patch; see `Path.metrics`.
-
-        Parameters
-        ----------
-        footprint_radius : float
-            Greatest straight distance of the tool's effect from the path, mm; see `ball_footprint`.
-        surface_step, path_step : float, optional
-            Width of the smallest cells of the surface, mm, cut to 1/4 of the pitch (None: 1/40 of radius),
-            and longest chord of the path, mm (None: chords leave it by 0.1 % of radius or pitch).
-
-        Raises
-        ------
-        ValueError
-            When the path is on several patches: ``path.paths[0].metrics(...)`` tells of each.
-        """
-        from sdpgrind.finishing.path._metrics import metrics
-
-        if len(self.patches) > 1:
-            rule = "on one patch for metrics; path.paths[0].metrics(...) tells of each"
-            raise checks.refuse("path", rule, f"one on {len(self.patches)} patches")
-        patch = self.patches[0]
-        return metrics(self, footprint_radius, surface_step, path_step, pieces=self.pieces, patch=patch)
-
 
 def _common(names: Any) -> str:
     found = set(names)
     return found.pop() if len(found) == 1 else SEVERAL
 
 
-def tops(pieces: tuple[Path, ...], lift: Lift) -> Floats:
-    """Return the places (n, 2, 3) over start and end of each piece, mm, between which the tool moves."""
+def _over_ends(pieces: tuple[Path, ...], lift: Lift) -> Floats:
+    """Places (n, 2, 3) over start and end of each piece, mm, between which the tool moves."""
     lines = [[lifted_off(contact_end(each, way), lift)[1] for way in (-1, 1)] for each in pieces]
     return np.array([[line.at(np.array([line.length])).point[0] for line in pair] for pair in lines])
 
 
 def travels(pieces: tuple[Path, ...], lift: Lift) -> Floats:
     """Return the length of the straight move from each state of a piece to each other one, (2 n, 2 n), mm."""
-    over = tops(pieces, lift)
+    over = _over_ends(pieces, lift)
     starts, ends = over.reshape(-1, 3), over[:, ::-1].reshape(-1, 3)
     return np.asarray(np.linalg.norm(ends[:, None] - starts, axis=-1))

@@ -41,6 +41,15 @@ class Span(NamedTuple):
         c = np.interp(s, *self.bends.T) if len(self.bends) else self.c
         return np.array([s, float(c)])
 
+    def end(self, ahead: bool) -> float:
+        """The upper end of a part that is passed `ahead`, else the lower one."""
+        return self.high if ahead else self.low
+
+    @property
+    def inner(self) -> Floats:
+        """Nodes (n, 2) of its bends between its ends."""
+        return self.bends[(self.bends[:, 0] > self.low) & (self.bends[:, 0] < self.high)]
+
 
 class _LinePart(NamedTuple):
     """Part of a line inside, its ends pulled in, and whether two bends may start on it."""
@@ -229,11 +238,7 @@ def _chain(region: TrimmedSquare, rest: list[list[Span]], pitch: float, longest:
 def _beside(here: Span, others: list[Span], ahead: bool) -> list[Span]:
     """Parts of the next line beside `here`, that whose end is nearest first."""
     beside = [each for each in others if each.low < here.high and each.high > here.low]
-    return sorted(beside, key=lambda each: abs(_end(each, ahead) - _end(here, ahead)))
-
-
-def _end(span: Span, ahead: bool) -> float:
-    return span.high if ahead else span.low
+    return sorted(beside, key=lambda each: abs(each.end(ahead) - here.end(ahead)))
 
 
 def _joined(
@@ -245,26 +250,20 @@ def _joined(
         one, other = (_drawn_back(region, each, ahead, back) for each in pair)
         if min(one.high - one.low, other.high - other.low) <= 0.0:
             return None
-        start, end = (each.at(_end(each, ahead)) for each in (one, other))
+        start, end = (each.at(each.end(ahead)) for each in (one, other))
         if region.way(start, end) <= longest and region.clear(start, end):
-            return _unfolded(region, one, other, ahead)
+            first = _unfolded(region, one, ahead, end - start)
+            last = _unfolded(region, other, ahead, start - end)
+            return None if first is None or last is None else (first, last)
     return None
 
 
-def _unfolded(region: TrimmedSquare, one: Span, other: Span, ahead: bool) -> tuple[Span, Span] | None:
-    """Both parts without a bend along the move between them, which would turn right back; None if it must."""
-    start, end = (each.at(_end(each, ahead)) for each in (one, other))
-    pair = []
-    for span, move in ((one, end - start), (other, start - end)):
-        nodes = _at_end(span, ahead)
-        if _turns_back(nodes[-1] - nodes[-2], move):
-            straight = _straightened(region, span, nodes, ahead)
-            if straight is None:
-                return None
-            pair.append(straight)
-        else:
-            pair.append(span)
-    return pair[0], pair[1]
+def _unfolded(region: TrimmedSquare, span: Span, ahead: bool, move: Floats) -> Span | None:
+    """The part without a bend along the move at its end, which would turn right back; None: it must."""
+    nodes = _at_end(span, ahead)
+    if _turns_back(nodes[-1] - nodes[-2], move):
+        return _straightened(region, span, nodes, ahead)
+    return span
 
 
 def _turns_back(one: Floats, other: Floats) -> bool:
@@ -274,9 +273,7 @@ def _turns_back(one: Floats, other: Floats) -> bool:
 
 def _at_end(span: Span, ahead: bool) -> Floats:
     """The last bend of a part, or all of it, and its end."""
-    low, high = span.low, span.high
-    own = span.bends[(span.bends[:, 0] > low) & (span.bends[:, 0] < high)]
-    nodes = np.stack([span.at(s) for s in (low, *own[:, 0], high)])[:: 1 if ahead else -1]
+    nodes = np.stack([span.at(s) for s in (span.low, *span.inner[:, 0], span.high)])[:: 1 if ahead else -1]
     line = np.flatnonzero(nodes[:-1, 1] == span.c)
     return nodes[line[-1] if line.size else 0 :]
 
@@ -296,7 +293,7 @@ def _straightened(region: TrimmedSquare, span: Span, bend: Floats, ahead: bool) 
 def _drawn_back(region: TrimmedSquare, span: Span, ahead: bool, back: float) -> Span:
     if not back:
         return span
-    place, c = np.array([_end(span, ahead)]), np.array([span.c])
+    place, c = np.array([span.end(ahead)]), np.array([span.c])
     end = float(region.drawn(place, back, c, -1.0 if ahead else 1.0)[0])
     return span._replace(high=end) if ahead else span._replace(low=end)
 
@@ -304,8 +301,7 @@ def _drawn_back(region: TrimmedSquare, span: Span, ahead: bool, back: float) -> 
 def _along(span: Span, columns: Floats) -> Floats:
     """Nodes (n, 2) of a part of a pass: its ends, its bends, and the columns between them."""
     room = CROWDED * float(np.diff(columns).min()) if columns.size > 1 else 0.0
-    own = span.bends[(span.bends[:, 0] > span.low) & (span.bends[:, 0] < span.high)]
-    taken = np.concatenate([[span.low], own[:, 0], [span.high]])
+    taken = np.concatenate([[span.low], span.inner[:, 0], [span.high]])
     after = np.clip(np.searchsorted(taken, columns), 1, taken.size - 1)
     inner = columns[(columns > taken[after - 1] + room) & (columns < taken[after] - room)]
     s = np.sort(np.concatenate([taken, inner]))

@@ -1,4 +1,4 @@
-"""What is exported of a torque controller: step, law, reference, and inputs of its self-test."""
+"""Recipe of a torque controller: step, law, reference, and inputs of its self-test."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -43,7 +43,7 @@ _RANGES = {"motor_angle": (-_ANGLE_MAX, _ANGLE_MAX), "path_time": (-_TIME_MAX, _
 
 
 def recipe_of(law: TorqueLaw, profile: Any, period: float) -> Recipe:
-    """Return what is exported of a controller with this law, in N m, A, rad and s."""
+    """Return the recipe of a controller with this law, in N m, A, rad and s."""
     moves = profile is not None
     told = named(law.parameters, LAW)
     part = _Readings(law, float(law.torque.max() / told.stiffness), period, moves)

@@ -1,4 +1,4 @@
-"""What is exported of a controller on the locus: its step, and readings of parts for the self-test."""
+"""Recipe of a controller on the locus: its step, and readings of parts for the self-test."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -36,16 +36,14 @@ _PLACES = {
 }  # fmt: skip
 _KINDS = ("near", "lagging", "lost", "beyond", "below", "waiting", "wild")
 _LENGTH = 64  # chosen: samples of a part of the self-test: three times the patience with a coordinate
-_CLOSE, _OFF = (
-    0.02,
-    0.3,
-)  # chosen: shares of the greatest limit: readings are off by these
+# chosen: shares of the greatest limit by which readings are off
+_CLOSE, _OFF = 0.02, 0.3
 _NEAR_END = 0.05  # chosen: share of a cell of the table; a wrong start of its search shows at its ends
 _LAGGED = 0.5  # chosen: share of the way to its command that a lagging coordinate takes in a sample
 
 
 def recipe_of(controller: Walking) -> Recipe:
-    """Return what is exported of a controller, in the user's units."""
+    """Return the recipe of a controller, in the user's units."""
     stretch, walk, law = controller.stretch, controller.walk, controller.law
     _check(controller)
     measured = {stretch.along: stretch.unit} if walk.column >= 0 else {}

@@ -1,4 +1,4 @@
-"""What is exported of an inversion: its search and look-up, and readings for the self-test."""
+"""Recipe of an inversion: its search and look-up, and readings for the self-test."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ _TABLES = {
 
 
 def recipe_of(packed: Floats, table: LocusTable, units: Mapping[str, str]) -> Recipe:
-    """Return what is exported of an inversion; names and units of response and controls where known."""
+    """Return the recipe of an inversion; names and units of response and controls where known."""
     search, n = _search(packed, table), int(packed.view(np.int64)[kernels.CONTROLS])
     if n not in _STEPS:
         raise TypeError(f"an Inversion of {n} controls is not exported; of 1 to 3 it is")

@@ -1,4 +1,4 @@
-"""What is exported of the table of a locus: its look-up, and keys that reach every interval."""
+"""Recipe of the table of a locus: its look-up, and keys that reach every interval."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ _BEYOND = 0.1  # chosen: share of the range by which keys lie outside
 
 
 def recipe_of(packed: Floats, key: Floats, width: int, units: Mapping[str, str]) -> Recipe:
-    """Return what is exported of a table; names and units of key and columns where they are known."""
+    """Return the recipe of a table; names and units of key and columns where they are known."""
     named = list(units.items()) or [("key", ""), *((f"column_{k}", "") for k in range(width))]
     inputs, outputs = dict(named[:1]), _apart(named[1:], named[0][0])
     nodes, span = np.sort(key), float(np.ptp(key))

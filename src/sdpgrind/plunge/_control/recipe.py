@@ -1,4 +1,4 @@
-"""What is exported of a controller of plunge cycles: step, law, state, and inputs of its self-test."""
+"""Recipe of a controller of plunge cycles: step, law, state, and inputs of its self-test."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ _SIZE_SPREAD, _POWER_SPREAD = 4e-4, 0.02  # chosen: mm; share of the power at th
 
 
 def recipe_of(law: Floats, model: PlungeModel, period: float, kind: str) -> Recipe:
-    """Return what is exported of a controller with this law, in mm, s, N and W."""
+    """Return the recipe of a controller with this law, in mm, s, N and W."""
     core = model.core
     greatest = named(law, at.LAW).rate_max
     watts = float(core.power0 + core.power1 * greatest + core.power2 * greatest**core.p)

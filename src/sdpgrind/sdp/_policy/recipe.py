@@ -1,4 +1,4 @@
-"""What is exported of a policy: its look-up with small tables, and states that reach every cell."""
+"""Recipe of a policy: its look-up with small tables, and states that reach every cell."""
 
 from typing import Any
 
@@ -50,7 +50,7 @@ _TABLES = {
 
 
 def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
-    """Return what is exported of a `Policy`, in the units of its axes and controls, and $."""
+    """Return the recipe of a `Policy`, in the units of its axes and controls, and $."""
     layout, codes, inputs = policy.layout, Codes.of(policy), _inputs(policy)
     controls = policy._controls
     told = asked.told(controls, tuple(_TOLD), ("gap",))

@@ -80,7 +80,6 @@ class PredictiveController(ForceController):
         datum: float = 0.0,
     ) -> None:
         self._predictive = checks.kind("predictive", predictive, Predictive)
-        self._solver: Any = None
         self._solved = self._unsolved = 0
         super().__init__(plan, predictive.loop, force_max=force_max, limits=limits, datum=datum)
 
@@ -100,15 +99,11 @@ class PredictiveController(ForceController):
         if room < _LEAST:
             rule = f"{_LEAST:g} N apart at least: narrower ones are equations to OSQP, but not in its C"
             raise checks.refuse("limits", rule, room, "N")
-        program = self._program(self._predicts.rows)
-        return predictive_recipe(super().__export__(), self._predicts, program, len(self._estimate))
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_solver": None}
+        return predictive_recipe(super().__export__(), self._predicts, self._program, len(self._estimate))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         twin = super().__deepcopy__(memo)
-        twin._solver = None  # OSQP cannot be copied
+        twin.__dict__.pop("_program", None)  # copies may run in threads: each has a solver of its own
         return twin
 
     def _restart(self) -> None:
@@ -138,13 +133,11 @@ class PredictiveController(ForceController):
         """Command of one sample, mm; the loop model's state is kept as in `ForceController`."""
         n, core = self._predictive.horizon, self._predicts
         ahead = np.array([self._ahead(time + k * self.period) for k in range(n)])
-        room = np.zeros(8 * n + 4 + width(BEHIND))
+        room = np.zeros(self._program.width)
         demands, positions = np.ascontiguousarray(ahead.T)
         if ask(core, self._state, self._estimate, room, force, demands, positions):
-            ends = np.cumsum([n + 1, 3 * n + 1, 3 * n + 1, n + 1])
-            linear, low, high, moves, _ = np.split(room, ends)
-            found = self._solve(linear, low, high, core.rows, moves)
-            moves[0] = moves[0] if found is None else found
+            solved = self._program.solve(room)
+            self._solved, self._unsolved = self._solved + solved, self._unsolved + (not solved)
         return float(answer(core, self._state, self._estimate, room))
 
     def _rows(self) -> Floats:
@@ -154,21 +147,11 @@ class PredictiveController(ForceController):
         contact = np.hstack([moves, np.ones((n, 1))])
         return np.vstack([sums, steps, contact, np.eye(n + 1)[-1]])
 
-    def _solve(self, linear: Floats, low: Floats, high: Floats, rows: Floats, guess: Floats) -> float | None:
-        """First change of the program's solution, N; None: not solved."""
-        if self._solver is None:
-            self._solver = self._program(rows).solver()
-        found = StepProgram.solved(self._solver, linear, low, high, guess)
-        if found is None:
-            self._unsolved += 1
-            return None
-        self._solved += 1
-        return float(checks.number("x", float(found[0])))
-
-    def _program(self, rows: Floats) -> StepProgram:
+    @cached_property
+    def _program(self) -> StepProgram:
         """Program of a sample, scaled for errors of `_TYPICAL`."""
         n, look = self._predictive.horizon, self._predictive.prediction
         hessian = np.zeros((n + 1, n + 1))
         hessian[:n, :n], hessian[n, n] = look.hessian, _SLACK_WEIGHT
         linear = np.append(look.moves.T @ np.full(n, _TYPICAL), 0.0)
-        return StepProgram(hessian, rows, linear, _SETTINGS, BIG, width(BEHIND))
+        return StepProgram(hessian, self._predicts.rows, linear, _SETTINGS, BIG, width(BEHIND))

@@ -12,13 +12,14 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.base.states import record
+from sdpgrind.base.states import record, width
 from sdpgrind.weldbead.force._pass_kernels import PASS, SETTINGS, _ahead, _now, _settle
 
 BIG = 1e20  # chosen: stands for no limit; OSQP takes 1e30 and more for infinite
 _WITHIN = 1e-9  # chosen: N, by which the law without limits may miss them
 BEHIND = record("demand N, position mm")
 """Behind a program in its room."""
+_PASS = width(PASS)  # derived: entries between the state of the loop and the estimate
 
 
 class PredictiveCore(NamedTuple):
@@ -151,7 +152,7 @@ def exported_ask(state, core, plan, settings, settled, force, pass_time, center_
     State: as there, then the estimate.
     """
     n, horizon = settled.shape[1], core.held.size
-    end = n + 5  # of the entries of PASS
+    end = n + _PASS
     inner, s, known = state[:n], state[n:end].view(PASS)[0], settings.view(SETTINGS)[0]
     time = _now(plan, known, s, pass_time, center_x)
     demands, positions = np.empty(horizon), np.empty(horizon)
@@ -172,5 +173,5 @@ def exported_ask(state, core, plan, settings, settled, force, pass_time, center_
 def exported_answer(state, core, plan, settings, settled, room, out):
     """Fill `out` by the platform command (mm) of the sample that `exported_ask` has taken."""
     n = settled.shape[1]
-    out[0] = answer(core, state[:n], state[n + 5 :], room)
+    out[0] = answer(core, state[:n], state[n + _PASS :], room)
     return 0

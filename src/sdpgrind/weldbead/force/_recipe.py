@@ -1,4 +1,4 @@
-"""What is exported of a force controller: its law, and readings of passes for the self-test."""
+"""Recipe of a force controller: its law, and readings of passes for the self-test."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -50,7 +50,7 @@ def pass_recipe(
     settled: Floats,
     force_max: float,
 ) -> Recipe:
-    """Return what is exported of a controller with a plan, in N, s, mm; `settled` as in `exported_pass`."""
+    """Return the recipe of a controller with a plan, in N, s, mm; `settled` as in `exported_pass`."""
     place = np.full(reference.time.size, np.nan) if reference.center_x is None else reference.center_x
     plan = np.array([reference.time, reference.normal_force, reference.fly_height, place])
     row, state = floats(SETTINGS), np.concatenate([np.zeros(settled.shape[1]), floats(PASS)])
@@ -89,7 +89,7 @@ def pass_recipe(
 
 
 def predictive_recipe(recipe: Recipe, core: PredictiveCore, program: StepProgram, order: int) -> Recipe:
-    """Return what is exported of a predictive controller with a plan, of that of its loop (N, s, mm).
+    """Return the recipe of a predictive controller with a plan, made from that of its loop (N, s, mm).
 
     `order`: entries of the estimate, behind the state of the loop.
     """
@@ -106,7 +106,7 @@ def predictive_recipe(recipe: Recipe, core: PredictiveCore, program: StepProgram
 
 
 def law_recipe(core: ControlCore, state: Floats, period: float, force_max: float) -> Recipe:
-    """Return what is exported of a force law, in N, mm and samples.
+    """Return the recipe of a force law, in N, mm and samples.
 
     Planned force and platform position come from the plan, ahead by the lag of the loop.
     """

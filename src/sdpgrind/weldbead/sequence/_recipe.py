@@ -1,4 +1,4 @@
-"""What is exported of a planned sequence: its look-up, the table, states that reach every cell."""
+"""Recipe of a planned sequence: its look-up, the table, states that reach every cell."""
 
 from functools import partial
 from math import nan
@@ -40,7 +40,7 @@ _ROUNDS = 2  # chosen: states in each cell in which the action changes
 
 
 def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe:
-    """Return what is exported of a `SequencePolicy`, in mm, s, N and $."""
+    """Return the recipe of a `SequencePolicy`, in mm, s, N and $."""
     single, problem = _check(policy), policy.problem
     times, late = stage_told(policy.table)
     law = (*single.arrays, np.array(durations), np.array(feeds))

@@ -37,7 +37,7 @@ _TABLES = {
 
 
 def small_recipe_of(policy: Any, durations: list[float], feeds: list[float], asked: TablesAsked) -> Recipe:
-    """Return what is exported of a `SequencePolicy` with tables as asked, in mm, s, N and $."""
+    """Return the recipe of a `SequencePolicy` with tables as asked, in mm, s, N and $."""
     usual = recipe_of(policy, durations, feeds)
     told = asked.told(_PASS, _TOLD, ("gap",))
     small, notes = small_tables(policy.table, asked.precision, asked.lost_max, told)

@@ -3,8 +3,8 @@
 import re
 from typing import Any
 
-from sdpgrind.codegen._math.prototypes import declared
 from sdpgrind.codegen._math.sources import MathSources
+from sdpgrind.codegen._translate.prototypes import declared
 from sdpgrind.codegen._translate.runtime import GUARDS
 
 _HEADER = """\
@@ -40,7 +40,7 @@ _HEADER = """\
 """
 
 
-def units_of(sources: MathSources, name: str) -> dict[str, bytes]:
+def math_files(sources: MathSources, name: str) -> dict[str, bytes]:
     """Return the files of elementary functions beside an export, the sources among them."""
     header = f"{name}_math.h"
     head = _HEADER.format(
@@ -49,7 +49,7 @@ def units_of(sources: MathSources, name: str) -> dict[str, bytes]:
         renames="\n".join(f"#define {one} {outside(name)}{one}" for one in sources.names),
         prototypes="\n".join(declared(sources.names, outside(name))),
     )  # fmt: skip
-    units = {_unit(name, one): f'#include "{header}"\n#include "math/{one}"\n' for one in sources.units}
+    units = {_unit(name, one): f'#include "{header}"\n#include "math/{one}"\n' for one in sources.compiled}
     told = {one: text.encode("latin-1") for one, text in {header: head, **units}.items()}
     return told | {f"math/{one}": content for one, content in sources.files.items()}
 

@@ -1,4 +1,4 @@
-"""Declarations of functions of math.h under names of an export."""
+"""Functions of math.h: their arguments, and declarations of them under names of an export."""
 
 from collections.abc import Iterable
 
@@ -23,6 +23,11 @@ _OF = {name: signature for signature, names in _SIGNATURES.items() for name in n
 def declared(names: Iterable[str], prefix: str) -> list[str]:
     """Return declarations of those names that math.h declares, under a prefix."""
     return [f"{text.replace('@', prefix + one)};" for one in names if (text := _declaration(one))]
+
+
+def arguments(name: str) -> str:
+    """Return the names of the arguments, a letter each, of a function of one double or two."""
+    return "xy" if "double y" in _OF[name] else "x"
 
 
 def _declaration(name: str) -> str:
