@@ -94,6 +94,7 @@ def refuse_face_on(job: "Job") -> None:
 def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Plan or load the motion, write it and its program, and return what the program keeps."""
     import sdpgrind
+    from hwsim.command._finishing.report import placement_lines
 
     if arguments.parts is not None:
         raise ValueError(
@@ -114,13 +115,14 @@ def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namesp
     file = f"{program.name}{program.ending}"
     program.save(folder / file)
     motion.save(folder / "motion.nc")
-    text = (
-        f"{title}: {motion!r}\n"
-        f"program: {program!r}\n"
-        f"read back: {found.deviation:.4f} mm and {found.angle_deviation:.2g} rad from the plan\n"
-        "not run on a controller: try it slowly, above the work"
-    )
-    return with_kept(text, folder, ["motion.nc", file])
+    lines = [
+        f"{title}: {motion!r}",
+        *placement_lines(motion.problem),
+        f"program: {program!r}",
+        f"read back: {found.deviation:.4f} mm and {found.angle_deviation:.2g} rad from the plan",
+        "not run on a controller: try it slowly, above the work",
+    ]
+    return with_kept("\n".join(lines), folder, ["motion.nc", file])
 
 
 def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:

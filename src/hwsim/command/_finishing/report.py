@@ -1,5 +1,6 @@
-"""Report of ``hwsim finishing``: the first parts, and the plan next to the outcome."""
+"""Report of ``hwsim finishing``: where the work lies, the first parts, and the plan next to the outcome."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,21 @@ _COLUMNS = (
 )  # fmt: skip
 
 
+def placement_lines(problem: Any) -> Iterator[str]:
+    """Yield a line that says where the work lies and what that is worth; nothing of a table's default."""
+    from sdpgrind.finishing.kernels import worth_of
+
+    if problem.placement is None:
+        return
+    x, y, z, *turn = problem.placement
+    turned = f", turned by {math.degrees(turn[0]):.4g} deg" if turn else ""
+    tool = f", azimuth of the tool {math.degrees(problem.azimuth):.4g} deg" * (problem.heading == "fixed")
+    yield (
+        f"placed at ({x:.5g}, {y:.5g}, {z:.5g}) mm{turned}{tool}; least margin over the path"
+        f" {100 * worth_of(problem):.2g} % of a joint's range, or of the way to a singular pose"
+    )
+
+
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     path, problem = plan.problem.path, plan.problem
     yield (
@@ -33,6 +49,7 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
         f"{problem.feed_rate:g} mm/s commanded"
     )
     yield f"motion: {plan.duration:.2f} s, {feed}; {plan.status}"
+    yield from placement_lines(problem)
     controller = job.controller(plan)
     slowest = (
         ""

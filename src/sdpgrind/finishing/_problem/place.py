@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
@@ -12,7 +13,7 @@ from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.joint_runs import PostureError, check_ends, posture_of, samples_of
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._spin_states import spins_of
-from sdpgrind.finishing.placement._grid import FREE, grid, in_base, sifted
+from sdpgrind.finishing.placement._grid import FREE, grid, in_base, on_work, sifted
 from sdpgrind.finishing.placement._placement import Placement
 from sdpgrind.finishing.placement._proof import Proof
 from sdpgrind.finishing.placement._proofs import proof_of
@@ -159,6 +160,18 @@ def _refined(
 def rated_on_path(task: PlacingTask, row: PlacementRows, sides: Sides) -> PlacementRows:
     """Return the placement with the table in the middle of what the whole path needs."""
     return row._replace(origin=rated(task, row, sides).origin)
+
+
+def worth_of(problem: FinishingProblem) -> float:
+    """Return the least margin of the joints at 30 poses of the path, unit 1, where a problem is placed."""
+    assert problem.placement is not None
+    x, y, z, *turn = problem.placement
+    angle = turn[0] if turn else 0.0
+    task = placing_task(problem)
+    azimuth = on_work(problem.azimuth, angle)
+    row = PlacementRows(np.array([[x, y, z]]), np.array([angle]), np.array([azimuth]))
+    there = ((x, x), (y, y), (z, z))  # a table stays where it is
+    return float(rated(task.at(spread(task)), row, there).worth[0])
 
 
 def _placed(problem: FinishingProblem, row: PlacementRows) -> FinishingProblem:
