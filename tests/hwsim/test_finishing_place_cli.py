@@ -53,6 +53,28 @@ def test_a_placement_is_searched(capsys, tmp_path):
         assert told in without_news(capsys.readouterr().err)
 
 
+@pytest.mark.parametrize(
+    ("program", "arguments", "told"),
+    [
+        ('deviation = "20 mm"', "rapid", "[program] deviation must be in mm, some 0.02; got '20 mm'"),
+        ('name = "end"', "krl", "[program] name must be a letter, then letters, digits and _, at most 24"),
+        ("timing = true", "rapid", "[program] timing must be False for rapid"),
+        ("", "rapid --parts 2", "--parts must be left out with --program, which finishes none; got 2"),
+        ("", "rapid --study", "--program must be left out with --study; got rapid"),
+    ],
+)
+def test_a_wrong_program_is_refused_before_a_search(program, arguments, told, capsys, monkeypatch, tmp_path):
+    """Of the job's options the file is named."""
+    monkeypatch.setattr(finishing, "place", lambda *given, **options: pytest.fail("searched"))
+    job = tmp_path / "job.toml"
+    job.write_text(f"{JOB}[program]\n{program}\n")
+    named = f"{job}: {told}" if program else told
+    given = ["--out", str(tmp_path / "out"), "--program", *arguments.split()]
+    assert main(["finishing", str(job), *given]) == 2
+    error = without_news(capsys.readouterr().err)
+    assert error.startswith(f"hwsim: {named}") and "units." not in error
+
+
 def test_a_given_placement_is_told_as_it_is(tmp_path):
     """With what it is worth, found again from the motion; nothing of a table's own place."""
     job = tmp_path / "job.toml"

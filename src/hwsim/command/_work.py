@@ -88,6 +88,7 @@ def _foretold(area: AreaCommand, arguments: argparse.Namespace) -> Outlook:
 
 
 def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
+    area.refuse(arguments)
     job, given = _job(area, arguments)
     _check_numbers(area, arguments)
     title = str(arguments.problem or arguments.preset or arguments.plan)
