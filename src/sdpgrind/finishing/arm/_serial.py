@@ -22,6 +22,7 @@ from sdpgrind.finishing.arm._chain_checks import (
     check_range,
     check_rigid,
     for_each,
+    limit_units,
     numbers,
     rigid,
 )
@@ -96,6 +97,9 @@ class SerialRobot(ByValue, Described):
                     f"{name} must be one for each of the {len(self.names)} joints; got {len(value)}"
                 )
         self._check_limits()
+
+    def _field_units(self) -> dict[str, str]:
+        return super()._field_units() | limit_units(self.units)
 
     def _check_limits(self) -> None:
         for row in zip(self.names, self.units, self.position_min, self.position_max, strict=True):
