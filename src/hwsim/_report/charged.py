@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hwsim._report.statistics import Promise
-from hwsim._report.worst import badness, broken_off
+from hwsim._report.worst import badness, broken_off, worst_part
 from sdpgrind.base.checks import Floats
 
 # Plant -> module; a table, since a file must not name code to import
@@ -104,11 +104,16 @@ def least_of(name: str) -> float:
 
 
 def worst_parts(log: Any, names: tuple[str, ...], count: int) -> list[int]:
-    """Return the worst parts, worst first: broken off, then scrap, then by the first charged outcome."""
+    """Return the worst parts, worst first: broken off, then scrap, then by the charged outcomes that differ.
+
+    The first of them counts; the next where parts are alike in it.
+    """
     broken = np.array([bool(each) for each in broken_off(log.outcome)])
     scrap = np.sum([log.outcome[name].values > 0 for name in _SCRAP if name in log.outcome], axis=0)
-    rank = badness(names[0], values_of(log, names[0])) if names else np.zeros(len(log))
-    order = np.lexsort((-np.nan_to_num(rank, nan=-np.inf), -scrap * np.ones(len(log)), ~broken))
+    values = {name: values_of(log, name) for name in names}
+    ranks = [badness(name, known) for name, known in values.items() if worst_part(name, known) is not None]
+    keys = [-np.nan_to_num(rank, nan=-np.inf) for rank in reversed(ranks)]  # the last key counts most
+    order = np.lexsort((*keys, -scrap * np.ones(len(log)), ~broken))
     return [int(k) for k in order[:count]]
 
 
