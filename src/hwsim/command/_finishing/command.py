@@ -126,7 +126,7 @@ def refuse_face_on(job: "Job") -> None:
 def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Plan or load the motion, write it and its program, and return what the program keeps."""
     import sdpgrind
-    from hwsim.command._finishing.report import placement_lines
+    from hwsim.command._finishing.report import corner_lines, placement_lines
 
     folder = arguments.out
     if arguments.plan is None:
@@ -143,6 +143,7 @@ def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namesp
     lines = [
         f"{title}: {motion!r}",
         *placement_lines(motion.problem),
+        *corner_lines(motion),
         f"program: {program!r}",
         f"read back: {found.deviation:.4f} mm and {found.angle_deviation:.2g} rad from the plan",
         "not run on a controller: try it slowly, above the work",

@@ -21,6 +21,8 @@ _COLUMNS = (
     ("feed", ".2f"), ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
 )  # fmt: skip
 
+_SLOW = 1 / 3  # chosen: share of the feed rate; a law that holds the speed only where it must is far above
+
 
 def placement_lines(problem: Any) -> Iterator[str]:
     """Yield a line that says where the work lies and what that is worth; nothing of a table's default."""
@@ -37,6 +39,20 @@ def placement_lines(problem: Any) -> Iterator[str]:
     )
 
 
+def corner_lines(motion: Any) -> Iterator[str]:
+    """Yield a hint where rounded corners make a trapezoid slow."""
+    rounded = getattr(motion.problem.path, "deviation", 0.0) > 0
+    if motion.method != "trapezoid" or not rounded:
+        return
+    on_work = motion.contact[1:] & motion.contact[:-1]
+    time, length = (float(np.diff(rows)[on_work].sum()) for rows in (motion.time, motion.length))
+    if length < _SLOW * motion.problem.feed_rate * time:
+        yield (
+            "hint: all of the path is as slow as its tightest rounded corner; a greater deviation"
+            ' or method = "min_time" may be faster'
+        )
+
+
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     path, problem = plan.problem.path, plan.problem
     yield (
@@ -50,6 +66,7 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     )
     yield f"motion: {plan.duration:.2f} s, {feed}; {plan.status}"
     yield from placement_lines(problem)
+    yield from corner_lines(plan)
     controller = job.controller(plan)
     slowest = (
         ""
