@@ -1,7 +1,8 @@
 """What a plant's plan is charged for: outcomes, what was planned for them, and reasons for a difference.
 
 A plant's module has ``CHARGED``, names of outcomes, the first being what parts are ranked by; ``planned(log,
-plan)``, an interval or a value of each part by name; and ``reasons(log, plan)``, sentences by name.
+plan)``, an interval or a value of each part by name; and ``reasons(log, plan)``, sentences by name. It may
+have ``events(log)``, sentences on what was done between parts.
 """
 
 from collections.abc import Callable, Mapping
@@ -76,6 +77,12 @@ def charged_names(log: Any) -> tuple[str, ...]:
     outcome, known = log.outcome, _module_of(log)
     names = known.CHARGED if known else [str(n) for n, v in outcome.data_vars.items() if v.dims == ("part",)]
     return tuple(n for n in names if n in outcome and not n.startswith("true_") and n not in FAULTS)
+
+
+def events_of(log: Any) -> list[str]:
+    """Return sentences on what was done between the parts of a log."""
+    told = getattr(_module_of(log), "events", None)
+    return list(told(log)) if told else []
 
 
 def _module_of(log: Any) -> Any:
