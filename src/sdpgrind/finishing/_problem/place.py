@@ -13,7 +13,7 @@ from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.joint_runs import PostureError, check_ends, posture_of, samples_of
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._spin_states import spins_of
-from sdpgrind.finishing.placement._grid import FREE, grid, in_base, on_work, sifted
+from sdpgrind.finishing.placement._grid import FREE, above_base, grid, in_base, on_work, sifted
 from sdpgrind.finishing.placement._placement import Placement
 from sdpgrind.finishing.placement._proof import Proof
 from sdpgrind.finishing.placement._proofs import proof_of
@@ -51,7 +51,8 @@ def place(
     box : array_like (2, 3), optional
         Two opposite corners, mm, the lesser first, between which the origin of the surface may lie in the
         base; equal coordinates hold it. Default: wherever the robot reaches, for robots with an upright first
-        axis straight ahead of it (their first joint turns the work around).
+        axis straight ahead of it (their first joint turns the work around), and below z = 0 of the base only
+        if nothing is found above.
     progress : callable(share, text), True or None
         True: a line with the time left. Default: a line on standard error when it takes long.
 
@@ -83,7 +84,11 @@ def place(
     proof = proof_of(task, sides)
     if proof is not None:
         return Placement(False, None, proof, None, math.nan)
-    return _searched(problem, task, sides, progress)
+    above = above_base(task)
+    if sides != FREE or above == FREE:
+        return _searched(problem, task, sides, progress)
+    found = _searched(problem, task, above, progress)
+    return found if found.found else _searched(problem, task, FREE, progress)
 
 
 def _refuse_corners(problem: FinishingProblem) -> None:
