@@ -103,7 +103,8 @@ with TemporaryDirectory() as folder:
     print(f"{changed}: {changed.check(motion).deviation:.3f} mm from the plan")
 
 # %%
-# On the command line ``hwsim finishing job.toml --program urscript --out runs/face1`` does the same. The job names its robot:
+# On the command line ``hwsim finishing job.toml --program urscript --out runs/face1`` does the same. The job
+# has a [surface] and a [path], as ``examples/finishing.toml``, and names its robot:
 #
 # .. code-block:: toml
 #

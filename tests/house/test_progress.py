@@ -232,6 +232,8 @@ def test_the_first_line_says_what_is_done_and_how_long(tmp_path, monkeypatch):
     assert outlook.line("20 beads").startswith(
         "about plan 12 s, 20 beads 24 s, the rest 3 s, first time on this machine + 25 s to compile"
     )
+    planned = times.Outlook.of("weldbead", given, 0, "policy.nc")
+    assert planned.line("0 beads") == "about plan 12 s, the rest 3 s (times of the example)"
     (tmp_path / "_plant_0").mkdir()
     (tmp_path / "_plant_0" / "force_table_kernels.sample-0.py311.nbi").write_text("")
     (tmp_path / "policy.nc").write_text("")

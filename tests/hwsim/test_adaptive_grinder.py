@@ -266,8 +266,11 @@ def test_a_cut_series_is_resumed_with_the_dull_wheel(tmp_path):
 
 def test_a_dull_wheel_is_dressed_between_parts():
     plant = GRINDER.replace(wear_flat_area=0.0062, dress_at=0.00635, dressed_area=0.0061)
-    areas = hwsim.run(plant, Printed(), parts=6, adapt=Learned()).outcome.true_wear_flat_area
+    log = hwsim.run(plant, Printed(), parts=6, adapt=Learned())
+    areas = log.outcome.true_wear_flat_area
     np.testing.assert_allclose(areas, [0.0063, 0.0064, 0.0062, 0.0063, 0.0064, 0.0062], rtol=3e-5)
+    assert "the wheel was dressed after parts 1 and 4" in log.report()
+    assert "was dressed" not in hwsim.run(plant, Printed(), parts=2, adapt=Learned()).report()
 
 
 def test_a_log_is_saved_and_read_back(tmp_path, nominal):

@@ -127,7 +127,11 @@ def test_a_region_of_a_scan_is_the_surface(tmp_path):
             "[surface.region]\nseed = [0, 0, 0]",
             r"\[surface\] region must be None for a STEP file",
         ),
-        ("nothing.step", "", "nothing.step"),
+        (
+            "nominl.step",
+            "",
+            r"job\.toml: surface\.file must be a file, as seen from .*; got \'nominl\.step\'",
+        ),
     ],
 )
 def test_refused_faces_of_a_job(file, face, told, tmp_path):
@@ -136,6 +140,15 @@ def test_refused_faces_of_a_job(file, face, told, tmp_path):
     job = tmp_path / "job.toml"
     job.write_text(FACE.format(file=file, face=face, angle=30))
     with pytest.raises((ValueError, OSError), match=told):
+        read(job)
+
+
+def test_a_urdf_that_is_missing_is_named_with_its_key(tmp_path):
+    job = tmp_path / "job.toml"
+    text = FACE.replace('file = "{file}"', 'shape = "nominal"').format(face="", angle=30)
+    ends = 'urdf = "cel.urdf"\nbase = "a"\ntip = "b"\nacceleration_max = 10.0'
+    job.write_text(text.replace('preset = "ur10"', ends))
+    with pytest.raises(ValueError, match=r"job\.toml: robot\.urdf must be a file, .*; got 'cel\.urdf'"):
         read(job)
 
 

@@ -14,7 +14,7 @@ from scipy import stats
 import hwsim
 import sdpgrind
 from hwsim._log.fingerprint import fingerprint
-from hwsim._report.charged import least_of, likeness, worst_parts
+from hwsim._report.charged import charged_names, least_of, likeness, worst_parts
 from hwsim._report.job import made_again
 from hwsim._report.remade import refuse_unable
 from hwsim._report.statistics import Promise, counted_share, mean
@@ -233,10 +233,12 @@ def test_a_mean_of_what_cannot_be_negative_has_no_negative_interval():
 
 @pytest.mark.parametrize("noun", ["Part", "Parts"])
 def test_the_picture_of_the_worst_parts_names_the_part_it_shows(page, ground, noun):
-    text, worst = page.read_text("utf-8"), worst_parts(ground, ("time",), 3)
+    text, worst = page.read_text("utf-8"), worst_parts(ground, charged_names(ground), 3)
+    assert set(worst) <= set(np.flatnonzero(ground.outcome.time >= np.sort(ground.outcome.time)[-3]))
     pictures = re.findall(r"<svg\b.*?</svg>", text, re.S)
     shown = {"Part": f"Part {worst[0]}", "Parts": f"Parts {', '.join(map(str, worst[::-1]))}"}[noun]
     assert f">{shown}<" in pictures[0] and "The last part" not in text
+    assert f"The 3 worst parts, worst last: {', '.join(map(str, worst[::-1]))}" in text
     assert f">Part {len(ground) - 1}, the last<" in pictures[1]
 
 
@@ -307,6 +309,16 @@ def test_worst_by_its_direction():
     assert worst_part("time", np.array([2.0, 2.0])) is None is worst_part("true_mu", np.array([1.0, 2.0]))
     log = beads(8)
     assert worst_parts(log, ("penalty",), 3)[0] == int(np.argmax(log.outcome.penalty.values))
+
+
+def test_of_parts_alike_the_next_figure_tells_the_worst():
+    log = beads(4)
+    for name, values in (("time", [11.04, 11.04 + 1e-14, 11.04, 11.04]), ("slack", [3.0, 1.0, 2.0, 1.0])):
+        log.outcome[name] = ("part", np.array(values), {})
+    assert worst_parts(log, ("time",), 3) == [0, 1, 2] and worst_parts(log, ("time", "slack"), 3) == [1, 3, 2]
+    log.outcome["time"] = ("part", np.array([11.0, 12.0, 11.0, 12.0]), {})
+    log.outcome["slack"] = ("part", np.array([1.0, 2.0, 3.0, 1.0]), {})
+    assert worst_parts(log, ("time", "slack"), 4) == [3, 1, 0, 2]
 
 
 def test_intervals_and_differences():

@@ -1,7 +1,8 @@
 """What a plant's plan is charged for: outcomes, what was planned for them, and reasons for a difference.
 
 A plant's module has ``CHARGED``, names of outcomes, the first being what parts are ranked by; ``planned(log,
-plan)``, an interval or a value of each part by name; and ``reasons(log, plan)``, sentences by name.
+plan)``, an interval or a value of each part by name; and ``reasons(log, plan)``, sentences by name. It may
+have ``events(log)``, sentences on what was done between parts.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hwsim._report.statistics import Promise
-from hwsim._report.worst import badness, broken_off
+from hwsim._report.worst import badness, broken_off, worst_part
 from sdpgrind.base.checks import Floats
 
 # Plant -> module; a table, since a file must not name code to import
@@ -78,6 +79,12 @@ def charged_names(log: Any) -> tuple[str, ...]:
     return tuple(n for n in names if n in outcome and not n.startswith("true_") and n not in FAULTS)
 
 
+def events_of(log: Any) -> list[str]:
+    """Return sentences on what was done between the parts of a log."""
+    told = getattr(_module_of(log), "events", None)
+    return list(told(log)) if told else []
+
+
 def _module_of(log: Any) -> Any:
     """Module of a log's plant; None: it has none."""
     module = _MODULES.get(str(log.outcome.attrs.get("plant", "")))
@@ -104,11 +111,16 @@ def least_of(name: str) -> float:
 
 
 def worst_parts(log: Any, names: tuple[str, ...], count: int) -> list[int]:
-    """Return the worst parts, worst first: broken off, then scrap, then by the first charged outcome."""
+    """Return the worst parts, worst first: broken off, then scrap, then by the charged outcomes that differ.
+
+    The first of them counts; the next where parts are alike in it.
+    """
     broken = np.array([bool(each) for each in broken_off(log.outcome)])
     scrap = np.sum([log.outcome[name].values > 0 for name in _SCRAP if name in log.outcome], axis=0)
-    rank = badness(names[0], values_of(log, names[0])) if names else np.zeros(len(log))
-    order = np.lexsort((-np.nan_to_num(rank, nan=-np.inf), -scrap * np.ones(len(log)), ~broken))
+    values = {name: values_of(log, name) for name in names}
+    ranks = [badness(name, known) for name, known in values.items() if worst_part(name, known) is not None]
+    keys = [-np.nan_to_num(rank, nan=-np.inf) for rank in reversed(ranks)]  # the last key counts most
+    order = np.lexsort((*keys, -scrap * np.ones(len(log)), ~broken))
     return [int(k) for k in order[:count]]
 
 

@@ -1,13 +1,16 @@
 """Grinding along the locus: time and removal rate against the best point of each wheel."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from sdpgrind.base.brief import listed
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.units import UM
 
 CHARGED = ("time", "slack", "removal_rate", "convergence_time", "burned")
+_MOST = 5  # chosen: numbers of parts that fit a line
 
 
 def planned(log: Any, plan: Any) -> dict[str, Floats]:
@@ -31,6 +34,18 @@ def _best(log: Any) -> Any:
         if "best_infeed_rate" in log.outcome
         else None
     )
+
+
+def events(log: Any) -> Iterator[str]:
+    """Yield a sentence on the parts after which the wheel was dressed: its wear flats grow otherwise."""
+    outcome = log.outcome
+    if "true_wear_flat_area" not in outcome or "dressing_lead" in outcome:  # with a lead: before each part
+        return
+    dressed = np.flatnonzero(np.diff(outcome.true_wear_flat_area.values) < 0)
+    if dressed.size:
+        more = [f"{dressed.size - _MOST} more"] if dressed.size > _MOST else []
+        told = listed([*map(str, dressed[:_MOST].tolist()), *more])
+        yield f"the wheel was dressed after {'part' if dressed.size == 1 else 'parts'} {told}"
 
 
 def reasons(log: Any, plan: Any) -> dict[str, str]:

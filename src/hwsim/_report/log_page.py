@@ -11,6 +11,7 @@ from hwsim._report.charged import (
     FLAGS,
     Charges,
     charges_of,
+    events_of,
     least_of,
     likeness,
     values_of,
@@ -132,6 +133,7 @@ def _verdict(log: Any, charges: Charges, burns: bool) -> Iterator[str]:
     yield f"{_parts(log)}{by}: {state}"
     if late := missed_releases(log):
         yield late
+    yield from events_of(log)
     if faults := [f"{FAULTS[name]}: {_count(log, name, burns)}" for name in FAULTS if name in outcome]:
         yield "; ".join(faults)
     if charges.names and np.isfinite(values_of(log, charges.names[0])).any():

@@ -11,7 +11,7 @@ _NUMBERED = ("part", "bead")  # labels of axes of part numbers
 
 
 def worst_picture(log: Any, worst: Sequence[int]) -> Picture:
-    """Return the picture of some parts, the worst of which comes first."""
+    """Return the picture of some parts, given worst first; they are named in the order of the axis."""
     first = str(log.outcome.attrs.get("plant", "")) in _FIRST_IN_DETAIL
     order = list(worst) if first else list(worst)[::-1]
 
@@ -22,5 +22,5 @@ def worst_picture(log: Any, worst: Sequence[int]) -> Picture:
                 axis.set_xticks(range(len(order)), list(map(str, order)))
         return figure
 
-    named = ", ".join(map(str, worst))
-    return Picture(f"The {len(worst)} worst parts, worst first: {named}", draw)
+    named = ", ".join(map(str, order))
+    return Picture(f"The {len(worst)} worst parts, worst {'first' if first else 'last'}: {named}", draw)

@@ -62,7 +62,7 @@ class Outlook(NamedTuple):
 
     @classmethod
     def of(cls, name: str, arguments: argparse.Namespace, parts: int, plan_file: str) -> "Outlook | None":
-        """Look ahead for the command of an area; None: its times are unknown."""
+        """Look ahead for the command of an area; None: its times are unknown. No parts: no plant compiles."""
         switches = [f"{name} --{key}" for key, given in vars(arguments).items() if given is True]
         times = next((TIMES[each] for each in (*switches, name) if each in TIMES), None)
         if times is None:
@@ -70,7 +70,7 @@ class Outlook(NamedTuple):
         kept = arguments.plan is not None or (
             arguments.out is not None and (arguments.out / plan_file).exists()
         )
-        compiling = 0.0 if times.on_disk else times.compiling
+        compiling = 0.0 if times.on_disk or not parts else times.compiling
         return cls(0.0 if kept else times.plan, times.part * parts, times.rest, compiling)
 
     def line(self, parts: str) -> str:

@@ -42,6 +42,14 @@ class Table:
             )
         return self.entries[key]
 
+    def file(self, key: str, folder: Path) -> Path:
+        """Path of an existing file, which counts from `folder`."""
+        name = self.take(key)
+        path = folder / name if isinstance(name, str) else None
+        if path is None or not path.is_file():
+            raise ValueError(f"{self.path(key)} must be a file, as seen from {folder}; got {name!r}")
+        return path
+
     def number(self, key: str, unit: str) -> float:
         return quantity(self.path(key), self.take(key), unit)
 

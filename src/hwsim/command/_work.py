@@ -77,9 +77,9 @@ def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
 def _foretold(area: AreaCommand, arguments: argparse.Namespace) -> Outlook:
     """Say what will be done and how long it takes; wrong arguments are told later, alone."""
     parts = PARTS if arguments.parts is None else max(arguments.parts, 0)
-    outlook = Outlook.of(area.name, arguments, parts, f"{area.plan_word}.nc")
     if any(getattr(arguments, _key(name)) is not None for name in area.choices):
         parts = 0  # none is run
+    outlook = Outlook.of(area.name, arguments, parts, f"{area.plan_word}.nc")
     given = [each for each in (arguments.problem, arguments.preset, arguments.plan) if each is not None]
     there = arguments.problem is None or arguments.problem.exists()
     if outlook is not None and given and there:
@@ -88,6 +88,7 @@ def _foretold(area: AreaCommand, arguments: argparse.Namespace) -> Outlook:
 
 
 def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
+    area.refuse(arguments)
     job, given = _job(area, arguments)
     _check_numbers(area, arguments)
     title = str(arguments.problem or arguments.preset or arguments.plan)

@@ -70,6 +70,10 @@ class AreaCommand(ABC):
     files: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Files that methods of the plan write, named as the options: help, then the endings."""
 
+    def refuse(self, arguments: argparse.Namespace) -> None:
+        """Refuse options that do not go together, before a job is read; ones not given are None."""
+        return
+
     def read(self, path: Path, arguments: argparse.Namespace) -> Job:
         """Read the job in a TOML file (see `hwsim.command._toml.read`)."""
         job: Job = self._beside("toml").read(path)

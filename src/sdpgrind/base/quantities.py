@@ -224,6 +224,10 @@ class Described(Frozen):
     def _check(self) -> None:
         """Check rules between fields; a subclass overrides it."""
 
+    def _field_units(self) -> dict[str, str]:
+        """Units of the fields in tables; a subclass overrides those that depend on its values."""
+        return units_of(type(self))
+
     def _refused(self, name: str, rule: str, value: object = None) -> ValueError:
         """Return the error of a field against a rule, with its unit; `value` instead of its own if given."""
         unit = _written(self._declared[name].unit)
@@ -238,7 +242,7 @@ class Described(Frozen):
 
 def _rows(thing: Described, within: str = "") -> Iterator[tuple[str, str, str]]:
     """Name, value and unit of each field, those of declared parts included."""
-    known = units_of(type(thing))
+    known = thing._field_units()
     for field in dataclasses.fields(thing):
         value, name = getattr(thing, field.name), within + field.name
         if isinstance(value, Described):

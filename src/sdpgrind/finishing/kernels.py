@@ -16,7 +16,8 @@ Indices of the axis state: `ANGLE`, `SPEED`, `MEAN_TORQUE`; of a controller stat
 `REFERENCE`, `COUNT`. Sizes of the states: `STATES`, `CONTROL`, and `TABLE` of the table.
 
 Hidden physics of a simulated cell: `cell`, its compiled steps; `course_of` a motion; `CellTruth`,
-`CellScatter`, `HeightField`; `check_pressed` refuses a tool that no torque presses.
+`CellScatter`, `HeightField`; `check_pressed` refuses a tool that no torque presses. `worth_of` the placement
+of a problem is the least margin of its joints; `check_options` refuses what no program has.
 """
 
 from sdpgrind.base.states import places, width
@@ -25,7 +26,9 @@ from sdpgrind.finishing._plant.course import course_of, loop_of, standing
 from sdpgrind.finishing._plant.height import HeightField
 from sdpgrind.finishing._plant.part import cell_settings, forces_of, roughness_of
 from sdpgrind.finishing._plant.truth import CellScatter, CellTruth
+from sdpgrind.finishing._problem.place import worth_of
 from sdpgrind.finishing._problem.problem import check_pressed
+from sdpgrind.finishing._program.program import check_options
 from sdpgrind.finishing.timing._table_kernels import TABLE, table_step
 from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import (
@@ -59,6 +62,7 @@ __all__ = [
     "axis_tick",
     "cell",
     "cell_settings",
+    "check_options",
     "check_pressed",
     "controller_sample",
     "controller_step",
@@ -71,4 +75,5 @@ __all__ = [
     "standing",
     "table_step",
     "torque_at",
+    "worth_of",
 ]

@@ -127,7 +127,9 @@ def test_a_motion_over_two_patches(motion, tmp_path):
 
 
 def test_a_path_over_two_patches_and_its_motion_are_drawn(motion, pyplot):
-    assert motion.problem.path.plot().axes and motion.plot().axes
+    assert motion.problem.path.plot().axes
+    (feed,) = (axis for axis in motion.plot().axes if axis.get_title().startswith("mean "))
+    assert feed.get_ylim()[1] > motion.feed_rate.max() > 1.08 * motion.problem.feed_rate  # in the air
 
 
 def test_runs_and_frames_count_the_nodes_of_all_pieces():

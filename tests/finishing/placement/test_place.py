@@ -49,6 +49,23 @@ def test_a_ball_out_of_the_arms_table_on_the_ur10():
     assert found.found and finishing.plan(found.problem).worst_violation.held
 
 
+def test_without_a_box_the_work_is_not_below_the_base():
+    """Where the margin is greatest: 0.8 m below it. If nothing is found above, the search goes on there."""
+    problem = FinishingProblem(DIE, robot=UR10)
+    found = finishing.place(problem)
+    lowest = found.problem.placement[2] + DIE.sample(per_leg=1).point[:, 2].min()
+    assert found.found and found.worth > 0.3 and lowest > -1e-9
+
+
+def test_below_the_base_where_it_cannot_be_above():
+    """A stretched arm that hangs down from the shoulder reaches nothing above."""
+    low, high = list(UR10.position_min), list(UR10.position_max)
+    low[1:3], high[1:3] = (1.2, 0.0), (1.9, 0.6)
+    down = UR10.replace(position_min=tuple(low), position_max=tuple(high))
+    found = finishing.place(FinishingProblem(DIE, robot=down))
+    assert found.found and found.problem.placement[2] < -1000.0
+
+
 def test_the_worth_is_the_least_margin_at_thirty_poses(placed):
     """Found again from the joints of each branch at each pose, and no better at places nearby on a grid."""
     problem, task = placed.problem, placing_task(placed.problem)

@@ -48,7 +48,18 @@ on after the last finished part, with the results that it would have had; a fini
         """Read the job in a TOML file."""
         if arguments.nominal:
             raise ValueError("--nominal must be left out where a problem.toml describes the cell; got both")
-        return super().read(path, arguments)
+        from hwsim.command._finishing.toml import read
+
+        return read(path, arguments.program)
+
+    def refuse(self, arguments: argparse.Namespace) -> None:
+        """Refuse options that do not go together with --study or --program, or without."""
+        if arguments.study:
+            refuse_beside_study(arguments)
+        elif arguments.confirm is not None:
+            raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
+        elif arguments.program is not None:
+            refuse_beside_program(arguments)
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem in a default cell."""
@@ -65,16 +76,37 @@ on after the last finished part, with the results that it would have had; a fini
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
         """Run the designed experiment with --study, write a program with --program."""
         if arguments.study:
-            if arguments.program is not None:
-                raise ValueError(f"--program must be left out with --study; got {arguments.program}")
             refuse_face_on(job)
             return studied(title, job, arguments)
-        if arguments.confirm is not None:
-            raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
         if arguments.program is None:
             refuse_face_on(job)
             return None
         return programmed(self, title, job, arguments)
+
+
+def refuse_beside_program(arguments: argparse.Namespace) -> None:
+    """Refuse options beside --program, which runs nothing and needs a folder."""
+    if arguments.parts is not None:
+        raise ValueError(
+            f"--parts must be left out with --program, which finishes none; got {arguments.parts}"
+        )
+    if arguments.out is None:
+        raise ValueError("--out must be given with --program, the folder of its files")
+    refuse_file(arguments.out)
+
+
+def refuse_beside_study(arguments: argparse.Namespace) -> None:
+    """Refuse options beside --study, which plans motions of its own and runs them once each."""
+    if arguments.program is not None:
+        raise ValueError(f"--program must be left out with --study; got {arguments.program}")
+    if arguments.plan is not None:
+        raise ValueError("--motion must be left out with --study, which plans motions of its own")
+    if arguments.parts is not None:
+        raise ValueError(
+            "--parts must be left out with --study (--confirm is of the runs that confirm); "
+            f"got {arguments.parts}"
+        )
+    refuse_file(arguments.out)
 
 
 def refuse_face_on(job: "Job") -> None:
@@ -94,15 +126,9 @@ def refuse_face_on(job: "Job") -> None:
 def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Plan or load the motion, write it and its program, and return what the program keeps."""
     import sdpgrind
+    from hwsim.command._finishing.report import corner_lines, placement_lines
 
-    if arguments.parts is not None:
-        raise ValueError(
-            f"--parts must be left out with --program, which finishes none; got {arguments.parts}"
-        )
     folder = arguments.out
-    if folder is None:
-        raise ValueError("--out must be given with --program, the folder of its files")
-    refuse_file(folder)
     if arguments.plan is None:
         announce("planning")
         motion = area.plan(job, arguments, arguments.plan_progress)
@@ -114,13 +140,15 @@ def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namesp
     file = f"{program.name}{program.ending}"
     program.save(folder / file, overwrite=False)
     motion.save(folder / "motion.nc")
-    text = (
-        f"{title}: {motion!r}\n"
-        f"program: {program!r}\n"
-        f"read back: {found.deviation:.4f} mm and {found.angle_deviation:.2g} rad from the plan\n"
-        "not run on a controller: try it slowly, above the work"
-    )
-    return with_kept(text, folder, ["motion.nc", file])
+    lines = [
+        f"{title}: {motion!r}",
+        *placement_lines(motion.problem),
+        *corner_lines(motion),
+        f"program: {program!r}",
+        f"read back: {found.deviation:.4f} mm and {found.angle_deviation:.2g} rad from the plan",
+        "not run on a controller: try it slowly, above the work",
+    ]
+    return with_kept("\n".join(lines), folder, ["motion.nc", file])
 
 
 def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
@@ -128,17 +156,9 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
     from hwsim._study.study import finishing_study
 
     settings = {"method": job.method, "kind": job.settings.get("kind", "lqg"), **job.study}
-    if arguments.plan is not None:
-        raise ValueError("--motion must be left out with --study, which plans motions of its own")
-    if arguments.parts is not None:
-        raise ValueError(
-            "--parts must be left out with --study (--confirm is of the runs that confirm); "
-            f"got {arguments.parts}"
-        )
     if arguments.confirm is not None:
         settings["confirm"] = arguments.confirm
     folder = arguments.out
-    refuse_file(folder)
     announce("planning and running an experiment")
     found = finishing_study(
         job.stand, rng=arguments.rng, folder=folder, progress=arguments.plan_progress, **settings

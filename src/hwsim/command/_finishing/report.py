@@ -1,5 +1,6 @@
-"""Report of ``hwsim finishing``: the first parts, and the plan next to the outcome."""
+"""Report of ``hwsim finishing``: where the work lies, the first parts, and the plan next to the outcome."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,37 @@ _COLUMNS = (
     ("feed", ".2f"), ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
 )  # fmt: skip
 
+_SLOW = 1 / 3  # chosen: share of the feed rate; a law that holds the speed only where it must is far above
+
+
+def placement_lines(problem: Any) -> Iterator[str]:
+    """Yield a line that says where the work lies and what that is worth; nothing of a table's default."""
+    from sdpgrind.finishing.kernels import worth_of
+
+    if problem.placement is None:
+        return
+    x, y, z, *turn = problem.placement
+    turned = f", turned by {math.degrees(turn[0]):.4g} deg" if turn else ""
+    tool = f", azimuth of the tool {math.degrees(problem.azimuth):.4g} deg" * (problem.heading == "fixed")
+    yield (
+        f"placed at ({x:.5g}, {y:.5g}, {z:.5g}) mm{turned}{tool}; least margin over the path"
+        f" {100 * worth_of(problem):.2g} % of a joint's range, or of the way to a singular pose"
+    )
+
+
+def corner_lines(motion: Any) -> Iterator[str]:
+    """Yield a hint where rounded corners make a trapezoid slow."""
+    rounded = getattr(motion.problem.path, "deviation", 0.0) > 0
+    if motion.method != "trapezoid" or not rounded:
+        return
+    on_work = motion.contact[1:] & motion.contact[:-1]
+    time, length = (float(np.diff(rows)[on_work].sum()) for rows in (motion.time, motion.length))
+    if length < _SLOW * motion.problem.feed_rate * time:
+        yield (
+            "hint: all of the path is as slow as its tightest rounded corner; a greater deviation"
+            ' or method = "min_time" may be faster'
+        )
+
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     path, problem = plan.problem.path, plan.problem
@@ -33,6 +65,8 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
         f"{problem.feed_rate:g} mm/s commanded"
     )
     yield f"motion: {plan.duration:.2f} s, {feed}; {plan.status}"
+    yield from placement_lines(problem)
+    yield from corner_lines(plan)
     controller = job.controller(plan)
     slowest = (
         ""

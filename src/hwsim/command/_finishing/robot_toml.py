@@ -30,7 +30,7 @@ def _of_urdf(table: Table, folder: Path) -> finishing.SerialRobot:
     ends = {key: table.take(key) for key in ("base", "tip")}
     limits = {"acceleration_max": table.number("acceleration_max", "rad/s^2")}
     limits |= table.given({"jerk_max": "rad/s^3"})
-    path = folder / str(table.take("urdf"))
+    path = table.file("urdf", folder)
     return table.made(finishing.SerialRobot.from_urdf, path, **ends, **limits)
 
 

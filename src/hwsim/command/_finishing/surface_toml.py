@@ -38,7 +38,7 @@ def _of_file(table: Table, folder: Path) -> Patch:
     options: dict[str, Any] = {"region": _region(table.table("region"))} if table.has("region") else {}
     if table.has("unit"):
         options["unit"] = table.take("unit")
-    found = _read(table, folder / str(table.take("file")), options)
+    found = _read(table, table.file("file", folder), options)
     index = table.take("face") if table.has("face") else 0 if len(found) == 1 else None
     if isinstance(index, int) and not isinstance(index, bool) and 0 <= index < len(found):
         return found[index]

@@ -19,7 +19,7 @@ from hwsim.plants._finishing.plant import FinishingCell
 from sdpgrind import finishing
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import units_of
-from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField
+from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField, check_options
 from sdpgrind.finishing.path import LiftedPath
 
 NORMAL_FORCE = 1.111  # default force, N; source: the middle level of Wang and Jan (2001)
@@ -62,19 +62,19 @@ def scattered(problem: finishing.FinishingProblem, *, nominal: bool) -> Job:
     return Job(FinishingCell(problem, scatter=scatter, target_force=NORMAL_FORCE))
 
 
-def read(path: Path) -> Job:
-    """Read the job in the file at `path`; ValueError names the file and the key."""
-    return read_toml(path, partial(_job, folder=path.parent))
+def read(path: Path, target: str | None = None) -> Job:
+    """Read the job at `path`, for a program of a target; ValueError names the file and the key."""
+    return read_toml(path, partial(_job, folder=path.parent, target=target))
 
 
-def _job(file: Table, folder: Path) -> Job:
+def _job(file: Table, folder: Path, target: str | None) -> Job:
+    program = _program(file.maybe("program"), target or "csv")  # of those the one that allows most
     surface = surface_of(file.table("surface"), folder)
     path = path_of(surface, file.table("path"))
     tool = file.maybe("tool")
     robot = robot_of(file.table("robot"), folder) if file.has("robot") else None
     problem = _problem(path, tool, robot)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
-    program = _program(file.maybe("program"))
     if not problem.pressed:
         return Job(FaceOn(problem), method=method, program=program)
     controller = file.maybe("controller")
@@ -140,13 +140,14 @@ def _placed(table: Table, problem: finishing.FinishingProblem, box: Any) -> fini
     return done
 
 
-def _program(table: Table) -> dict[str, Any]:
-    """Options of a program, all optional."""
+def _program(table: Table, target: str) -> dict[str, Any]:
+    """Options of a program, all optional, as a target takes them."""
     options: dict[str, Any] = {**table.given({"deviation": units_of(finishing.Path)["deviation"]})}
     options |= {key: table.take(key) for key in ("name", "date") if table.has(key)}
     if table.has("timing"):
         options["timing"] = table.flag("timing")
     table.done()
+    table.made(check_options, target, **options)
     return options
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.brief import SHORT
-from sdpgrind.base.quantities import specs
+from sdpgrind.base.quantities import Described
 from sdpgrind.base.sheets.amounts import Amounts, cell
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Embedded, Heading, Sentences
 from sdpgrind.base.stored import encode
@@ -70,7 +70,7 @@ def plain_of(thing: Any) -> Any:
 
 def _fields(thing: Any, path: str) -> Iterator[Amounts]:
     """Yield a row for each field of a dataclass and of those in it, with its unit."""
-    known = specs(type(thing))
+    known = thing._field_units() if isinstance(thing, Described) else {}
     for field in dataclasses.fields(thing) if dataclasses.is_dataclass(thing) else ():
         value, name = getattr(thing, field.name), f"{path}{field.name}"
         if not field.repr or field.name.startswith("_"):
@@ -78,8 +78,7 @@ def _fields(thing: Any, path: str) -> Iterator[Amounts]:
         if dataclasses.is_dataclass(value) and name.count(".") < _DEEP:
             yield from _fields(value, f"{name}.")
         else:
-            unit = known[field.name].unit if field.name in known else ""
-            yield Amounts(name, (_value(value),), unit, name)
+            yield Amounts(name, (_value(value),), known.get(field.name, ""), name)
 
 
 def _value(value: Any) -> Any:

@@ -68,7 +68,7 @@ def _draw_feed(axis: Any, motion: "Motion") -> None:
     axis.fill_between(time, low, high, color=pictures.ACTUAL, lw=0.4)
     axis.axhline(motion.problem.feed_rate, color="0.4", lw=0.8, ls="--")
     axis.axhline(motion.mean_feed_rate, color="0.1", lw=0.8)
-    axis.set(ylabel="feed [mm/s]", xlim=(0, motion.duration), ylim=(0, 1.08 * motion.problem.feed_rate))
+    axis.set(ylabel="feed [mm/s]", xlim=(0, motion.duration), ylim=(0, _highest(motion)))
     axis.set_title(f"mean {motion.mean_feed_rate:.3g} of {motion.problem.feed_rate:.3g} mm/s", fontsize=8)
 
 
@@ -82,8 +82,13 @@ def _draw_close(axis: Any, motion: "Motion") -> None:
     axis.set(
         ylabel="feed [mm/s]",
         xlim=(first, min(first + CLOSE, motion.duration)),
-        ylim=(0, 1.08 * motion.problem.feed_rate),
+        ylim=(0, _highest(motion)),
     )
+
+
+def _highest(motion: "Motion") -> float:
+    """Upper end of axes of feed, mm/s, above that in the air, too."""
+    return 1.08 * max(motion.problem.feed_rate, float(motion.feed_rate.max()))
 
 
 def _draw_spin(axis: Any, motion: "Motion") -> None:

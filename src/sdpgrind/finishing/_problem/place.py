@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
@@ -13,7 +14,7 @@ from sdpgrind.finishing._problem.joint_runs import PostureError, check_ends, pos
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._spin_states import spins_of
-from sdpgrind.finishing.placement._grid import FREE, grid, in_base, sifted
+from sdpgrind.finishing.placement._grid import FREE, above_base, grid, in_base, on_work, sifted
 from sdpgrind.finishing.placement._placement import Placement
 from sdpgrind.finishing.placement._proof import Proof
 from sdpgrind.finishing.placement._proofs import proof_of
@@ -51,7 +52,8 @@ def place(
     box : array_like (2, 3), optional
         Two opposite corners, mm, the lesser first, between which the origin of the surface may lie in the
         base; equal coordinates hold it. Default: wherever the robot reaches, for robots with an upright first
-        axis straight ahead of it (their first joint turns the work around).
+        axis straight ahead of it (their first joint turns the work around), and below z = 0 of the base only
+        if nothing is found above.
     progress : callable(share, text), True or None
         True: a line with the time left. Default: a line on standard error when it takes long.
 
@@ -89,7 +91,11 @@ def place(
     proof = proof_of(task, sides)
     if proof is not None:
         return Placement(False, None, proof, None, math.nan)
-    return _searched(problem, task, sides, progress)
+    above = above_base(task)
+    if sides != FREE or above == FREE:
+        return _searched(problem, task, sides, progress)
+    found = _searched(problem, task, above, progress)
+    return found if found.found else _searched(problem, task, FREE, progress)
 
 
 def _refuse_corners(problem: FinishingProblem) -> None:
@@ -166,6 +172,18 @@ def _refined(
 def rated_on_path(task: PlacingTask, row: PlacementRows, sides: Sides) -> PlacementRows:
     """Return the placement with the table in the middle of what the whole path needs."""
     return row._replace(origin=rated(task, row, sides).origin)
+
+
+def worth_of(problem: FinishingProblem) -> float:
+    """Return the least margin of the joints at 30 poses of the path, unit 1, where a problem is placed."""
+    assert problem.placement is not None
+    x, y, z, *turn = problem.placement
+    angle = turn[0] if turn else 0.0
+    task = placing_task(problem)
+    azimuth = on_work(problem.azimuth, angle)
+    row = PlacementRows(np.array([[x, y, z]]), np.array([angle]), np.array([azimuth]))
+    there = ((x, x), (y, y), (z, z))  # a table stays where it is
+    return float(rated(task.at(spread(task)), row, there).worth[0])
 
 
 def _placed(problem: FinishingProblem, row: PlacementRows) -> FinishingProblem:

@@ -38,7 +38,8 @@ def plan(
     acceleration, by the package toppra (extra ``toppra``). ``"min_time"``: fastest law under the limits of
     speed, acceleration and jerk; slower than a trapezoid (no limit of jerk) where there are many corners;
     ``jerk_max=None``: no limit of jerk. All three rest at sharp corners; ``path.blended()`` has none, and
-    suits the last two. Straight lines of a lift are runs at its ``air_feed``; the limits hold there, too.
+    suits the last two: a trapezoid is as slow all along as in its tightest corner. Straight lines of a lift
+    are runs at its ``air_feed``; the limits hold there, too.
 
     A robot without a table whose problem has no placement is placed by `place`, with a warning that says
     where; the problem of the motion then has that placement and azimuth.

@@ -214,6 +214,11 @@ class FinishingProblem(Described):
         warn("FinishingProblem.wrist_radius is now robot.wrist_radius", DeprecationWarning)
         return checks.kind("robot", self.robot, Arm).wrist_radius
 
+    def _field_units(self) -> dict[str, str]:
+        units = super()._field_units()
+        turned = self.placement is not None and len(self.placement) == 4
+        return units | ({"placement": "mm, mm, mm, rad"} if turned else {})
+
     @property
     def turn(self) -> float:
         """Turn of the surface about z of the base, rad."""

@@ -175,18 +175,33 @@ def program_of(
     motion: PlannedMotion, target: str, deviation: float, name: str, timing: bool, date: str | None
 ) -> MotionProgram:
     """Write a motion as a program after a check of the arguments, see `Motion.program`."""
-    checks.one_of("target", target, TARGETS)
-    allowed = _deviation(deviation)
-    _check_name(target, name)
+    allowed = check_options(target, deviation=deviation, name=name, timing=timing, date=date)
     _check_spin(motion)
-    if checks.kind("timing", timing, bool) and target not in ("urscript", *_OVER_TIME):
-        raise ValueError(f"timing must be False for {target}, which keeps no times; take urscript or csv")
     head = list(_head(motion, target, allowed, name, date))
     if target in _OVER_TIME:
         return (_table if target == "csv" else _trajectory)(motion, head, allowed, name)
     _check_robot(motion, target)
     text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
     return MotionProgram(text, allowed, target, name, motion)
+
+
+def check_options(
+    target: str,
+    *,
+    deviation: float = _TYPICAL,
+    name: str = "finishing",
+    timing: bool = False,
+    date: str | None = None,
+) -> float:
+    """Refuse options that no program of a target has, before there is a motion; return the deviation, mm."""
+    checks.one_of("target", target, TARGETS)
+    allowed = _deviation(deviation)
+    _check_name(target, name)
+    if checks.kind("timing", timing, bool) and target not in ("urscript", *_OVER_TIME):
+        raise ValueError(f"timing must be False for {target}, which keeps no times; take urscript or csv")
+    if date is not None and not (checks.kind("date", date, str).isascii() and date.isprintable()):
+        raise checks.refuse("date", "a line of ASCII", date)
+    return allowed
 
 
 def _deviation(value: float) -> float:
@@ -234,8 +249,6 @@ def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date:
     from sdpgrind import __version__
 
     problem = motion.problem
-    if date is not None and not (checks.kind("date", date, str).isascii() and date.isprintable()):
-        raise checks.refuse("date", "a line of ASCII", date)
     digest = hashlib.sha256(encode(problem).encode()).hexdigest()[:12]
     yield f"{name}: {motion.length[-1]:.1f} mm of path in {motion.time[-1]:.3f} s" + (
         f", {date}" if date else ""

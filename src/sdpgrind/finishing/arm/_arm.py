@@ -14,6 +14,7 @@ from sdpgrind.base.quantities import Described, custom, described, quantity, uni
 from sdpgrind.base.units import deg
 from sdpgrind.finishing.arm import _forward as chain
 from sdpgrind.finishing.arm import _inverse as closed_form
+from sdpgrind.finishing.arm._chain_checks import limit_units
 from sdpgrind.finishing.arm._damped import damped
 from sdpgrind.finishing.arm._robot import Redundancy
 
@@ -121,6 +122,9 @@ class Arm(Described):
                 raise ValueError(
                     f"position_max of {joint} must be > position_min ({unit}); got {high!r} and {low!r}"
                 )
+
+    def _field_units(self) -> dict[str, str]:
+        return super()._field_units() | limit_units(self.units)
 
     @property
     def _former_fields(self) -> list[tuple[str, Any]]:

@@ -78,3 +78,10 @@ def for_each(name: str, value: float | Sequence[float], sliding: Sequence[bool])
             f"{name} must be one number for each joint where some turn and some slide; got {value!r}"
         )
     return (checks.number(name, value),) * len(sliding)
+
+
+def limit_units(units: Sequence[str]) -> dict[str, str]:
+    """Return the units of the limits of joints of some units ("rad", "mm"): one where all are alike."""
+    few = units[:1] if len(set(units)) == 1 else units
+    rates = {"position_min": "", "position_max": "", **UNITS}
+    return {name: ", ".join(unit + per for unit in few) for name, per in rates.items()}

@@ -22,6 +22,7 @@ from sdpgrind.finishing.arm._chain_checks import (
     check_range,
     check_rigid,
     for_each,
+    limit_units,
     numbers,
     rigid,
 )
@@ -107,6 +108,9 @@ class SerialRobot(ByValue, Described):
     def tool_across(self) -> str:
         """What a plan warns of where the tool stands across the last axis, mm; "" where it does not."""
         return across(self.tool, self.links[-1][2, :3], self.flange_axis)
+
+    def _field_units(self) -> dict[str, str]:
+        return super()._field_units() | limit_units(self.units)
 
     def _check_limits(self) -> None:
         for row in zip(self.names, self.units, self.position_min, self.position_max, strict=True):

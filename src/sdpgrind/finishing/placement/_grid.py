@@ -49,6 +49,14 @@ def in_base(azimuth: float, turn: float) -> float:
     return math.pi - (-(azimuth - math.pi + turn) + math.pi) % (2 * math.pi)
 
 
+def above_base(task: PlacingTask) -> Sides:
+    """Sides of origins with no contact below the base of a robot that stands upright; of others `FREE`."""
+    reach = None if isinstance(task.robot, Arm) else reach_of(task.robot)
+    if reach is None or not reach.upright:
+        return FREE
+    return *FREE[:2], (-float(task.point[:, 2].min()), math.inf)
+
+
 def _origins(task: PlacingTask, sides: Sides, turn: float) -> Floats:
     """Origins (k, 3) at a turn of the work, mm."""
     robot = task.robot
@@ -56,7 +64,7 @@ def _origins(task: PlacingTask, sides: Sides, turn: float) -> Floats:
         heights = _line(*_heights(robot, task, sides[2]))
         return np.column_stack([np.zeros((len(heights), 2)), heights])
     reach = reach_of(robot)
-    if sides != FREE:
+    if np.isfinite(sides).all():
         return _mesh([_line(*side) for side in sides], ORIGINS_MAX if reach else FEW_ORIGINS)
     centre = task.point.mean(axis=0)
     c, s = math.cos(turn), math.sin(turn)
@@ -65,7 +73,8 @@ def _origins(task: PlacingTask, sides: Sides, turn: float) -> Floats:
         guessed: Floats = _mesh([_line(*side) for side in _guessed(robot)], FEW_ORIGINS) - centre
         return guessed
     ahead = _line(0.0, reach.distance)
-    up = _line(-reach.distance, reach.distance)
+    lowest = sides[2][0] + float(centre[2] - reach.foot[2])
+    up = _line(float(np.clip(lowest, -reach.distance, reach.distance)), reach.distance)
     out: Floats = _mesh([ahead, np.zeros(1), up], ORIGINS_MAX) + reach.foot - centre
     return out
 
