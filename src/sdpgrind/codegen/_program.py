@@ -19,7 +19,8 @@ _SOLVED = 1  # source: OSQP 1.1, osqp_api_constants.h
 class StepProgram:
     """Least of x'P x/2 + q'x with l <= A x <= u; q, l, u differ from step to step.
 
-    In the units of the step (mm, N ...).
+    In the units of the step (mm, N ...). Where an l is above its u it is not solved. Where both are closer
+    than some 1e-4 once OSQP has scaled them, it takes them for an equation, but not in its C: other bits.
 
     Parameters
     ----------
@@ -122,6 +123,8 @@ class StepProgram:
         linear, low, high, guess : array
             q (n,), l and u (m,), x (n,), in the units of the program.
         """
+        if not np.all(low <= high):
+            return None  # OSQP would go on with the bounds before
         solver.update(q=linear, l=low, u=high)
         solver.warm_start(x=guess, y=np.zeros(low.size))
         result = solver.solve(raise_error=False)
