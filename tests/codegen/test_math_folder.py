@@ -470,6 +470,15 @@ double _reserved(double);
 """
 
 
+@pytest.mark.parametrize(
+    "begin", ["#ifdef __cplusplus", "# if defined( __cplusplus )", "#if defined __cplusplus"]
+)
+def test_a_brace_for_another_language_hides_nothing(begin):
+    both = f'{begin}\nextern "C" {{\n#endif\n', f"{begin}\n}}\n#endif // of it\n"
+    told = CFile(f"{both[0]}double shown(double x) {{ return inner(x); }}\n{both[1]}".encode())
+    assert told.defined == {"shown"} and told.called == {"inner"}
+
+
 def test_what_a_source_says():
     told = CFile(TEXT)
     assert told.includes == ("a.h",) and told.macros == {"twice"}

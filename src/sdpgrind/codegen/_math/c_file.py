@@ -10,7 +10,9 @@ _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 _DIRECTIVE = re.compile(r"^[ \t]*#[^\n]*", re.MULTILINE)
 _MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
 _OF_CXX = re.compile(
-    r"^[ \t]*#[ \t]*ifdef[ \t]+__cplusplus\b[^\n]*\n(?:(?![ \t]*#)[^\n]*\n)*[ \t]*#[ \t]*endif", re.MULTILINE
+    r"^[ \t]*#[ \t]*if(?:def[ \t]+__cplusplus|[ \t]+defined[ \t]*\(?[ \t]*__cplusplus[ \t]*\)?)[ \t]*\n"
+    r"(?:(?![ \t]*#)[^\n]*\n)*[ \t]*#[ \t]*endif",
+    re.MULTILINE,
 )
 _ATTRIBUTE = re.compile(r"\b__attribute__\s*\(\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)\)")
 _TOKEN = re.compile(r"[A-Za-z_]\w*|[^\s\w]")
