@@ -9,7 +9,8 @@ import pytest
 from codegen_inside import program_files
 
 import sdpgrind
-from sdpgrind.codegen import StepProgram
+from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.codegen import Recipe, StepProgram
 from sdpgrind.weldbead import force
 
 pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
@@ -147,3 +148,28 @@ def test_a_program_of_two_unknowns():
     assert program.width == room.size and program.sizes == (2, 1)
     program.solve(room)
     np.testing.assert_allclose(room[4:], [1.5, -1.5, 7.0], atol=1e-8)
+
+
+@compiled(error_model="numpy")
+def asked(state, low, high, room):
+    room[0], room[1], room[2], room[3] = -2.0, low, high, 0.5
+    return 1
+
+
+@compiled(error_model="numpy")
+def told(state, room, out):
+    out[0] = room[3]
+    return 0
+
+
+def test_bounds_that_exclude_each_other(tmp_path):
+    """The guess stays, whatever was solved before: OSQP would go on with the bounds before."""
+    settings = {"verbose": False, "eps_abs": 1e-9, "eps_rel": 1e-9, "adaptive_rho": False}
+    program = StepProgram(np.eye(1), np.eye(1), np.zeros(1), settings)
+    inputs = {"low": "", "high": ""}
+    recipe = Recipe("small", asked, inputs, {"y": ""}, program=program, finish=told)
+    c = sdpgrind.export(recipe, tmp_path / "small").controller()
+    for low, high, wanted in ((0.0, 1.0, 1.0), (1.0, 0.0, 0.5), (0.0, 5.0, 2.0), (1.0, 0.0, 0.5)):
+        room = np.array([-2.0, low, high, 0.5])
+        program.solve(room)
+        assert c.step(low=low, high=high)["y"] == room[3] == pytest.approx(wanted, abs=1e-8)

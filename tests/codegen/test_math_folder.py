@@ -267,7 +267,7 @@ def test_the_sources_of_musl(tmp_path):
 
 def folder(tmp_path, **changes):
     """Copy of the small library with files changed, or left out where the text is None."""
-    shutil.copytree(SMALL, tmp_path / "lib")
+    shutil.copytree(SMALL, tmp_path / "lib", dirs_exist_ok=True)
     for name, text in changes.items():
         file = tmp_path / "lib" / name
         file.unlink() if text is None else file.write_text(text)
@@ -333,6 +333,80 @@ def test_what_is_used_and_defined_nowhere(tmp_path):
         sdpgrind.export(raised(), tmp_path / "x", math=folder(tmp_path, **changes))
 
 
+POW = "#include <math.h>\n{before}\ndouble pow(double x, double y)\n{{\n    return {result} + y;\n}}\n"
+CXX = "#ifdef __cplusplus\n{}\n#endif\n"
+INLINE = "static inline double grown(double x)\n{\n    return expm1(x);\n}\n"
+BRANCHES = """
+static double of(double x)
+{
+#ifdef OTHER
+    if (x > 1.0) {
+#else
+    if (x > 2.0) {
+#endif
+        x = expm1(x);
+    }
+    return x;
+}
+"""
+HIDDEN = {
+    "pointer": ("static double of(double (*f)(double), double x) { return f(x); }", "of(expm1, x)"),
+    "parentheses": ("", "(expm1)(x)"),
+    "joined": ("#define CALL(f, x) f##1(x)", "CALL(expm, x)"),
+    "builtin": ("", "__builtin_expm1(x)"),
+    "branches": ("static double of(double x);", "of(x)"),
+    "inline": ('#include "grown.h"', "grown(x)"),
+}
+
+
+@needs_gcc
+@pytest.mark.parametrize("name", HIDDEN)
+def test_no_function_comes_from_the_c_library_unseen(tmp_path, name):
+    """However it is called: the bits would be those of the target's library."""
+    before, result = HIDDEN[name]
+    header = CXX.format('extern "C" {') + INLINE + CXX.format("}")
+    text = POW.format(before=before, result=result) + (BRANCHES if name == "branches" else "")
+    changes = {"src/pow.c": text, "src/grown.h": header}
+    with pytest.raises((RuntimeError, ValueError), match="expm1"):
+        sdpgrind.export(raised(), tmp_path / "x", math=folder(tmp_path, **changes))
+
+
+@needs_gcc
+def test_a_function_that_is_handed_over_is_that_of_the_folder(tmp_path):
+    changes = {"src/pow.c": POW.format(before=HIDDEN["pointer"][0], result="of(expm1, x)")}
+    inner = {"src/expm1.c": "double expm1(double x)\n{\n    return 3.0 * x;\n}\n"}
+    made = sdpgrind.export(raised(), tmp_path / "x", math=folder(tmp_path, **changes, **inner))
+    assert made.controller().step(x=2.0)["y"] == 6.3
+
+
+@needs_gcc
+def test_names_of_what_a_header_defines_are_those_of_the_export(tmp_path):
+    header = {
+        "src/tripled.h": "double factor = 3.0;\ndouble tripled(double x)\n{\n    return factor * x;\n}\n"
+    }
+    source = {"src/pow.c": POW.format(before='#include "tripled.h"', result="tripled(x)")}
+    made = sdpgrind.export(raised(), tmp_path / "x", math=folder(tmp_path, **header, **source))
+    told = (made.path / "x_math.h").read_text()
+    assert "#define tripled x_math_tripled\n" in told and "#define factor x_math_factor\n" in told
+
+
+@needs_gcc
+def test_nothing_is_written_outside_the_export(tmp_path):
+    """A header that is found elsewhere includes one above: beside the export that is a file of the user's."""
+    changes = {
+        "src/pow.c": POW.format(before='#include "deep/inner.h"', result="x"),
+        "a/b/c/deep/inner.h": '#include "../../../../top.h"\n',
+        "top.h": "",
+    }
+    (tmp_path / "lib" / "a/b/c/deep").mkdir(parents=True)
+    (tmp_path / "top.h").write_text("mine")
+    with pytest.raises(
+        ValueError, match=r"includes stay in it; \.\./\.\./\.\./\.\./top\.h of its a/b/c/deep/inner\.h"
+    ):
+        sdpgrind.export(raised(), tmp_path / "x", math=folder(tmp_path, **changes))
+    assert (tmp_path / "top.h").read_text() == "mine"
+
+
 @needs_gcc
 def test_a_function_that_the_folder_has_not(tmp_path):
     wide = Recipe("wide", wide_step, {"x": ""}, {"y": ""}, ranges={"x": (-5.0, 5.0)})
@@ -394,6 +468,15 @@ __attribute__((noinline, section("x"))) double shown(double x)
 struct pair { int a; } made = {1};
 double _reserved(double);
 """
+
+
+@pytest.mark.parametrize(
+    "begin", ["#ifdef __cplusplus", "# if defined( __cplusplus )", "#if defined __cplusplus"]
+)
+def test_a_brace_for_another_language_hides_nothing(begin):
+    both = f'{begin}\nextern "C" {{\n#endif\n', f"{begin}\n}}\n#endif // of it\n"
+    told = CFile(f"{both[0]}double shown(double x) {{ return inner(x); }}\n{both[1]}".encode())
+    assert told.defined == {"shown"} and told.called == {"inner"}
 
 
 def test_what_a_source_says():

@@ -19,7 +19,8 @@ _SOLVED = 1  # source: OSQP 1.1, osqp_api_constants.h
 class StepProgram:
     """Least of x'P x/2 + q'x with l <= A x <= u; q, l, u differ from step to step.
 
-    In the units of the step (mm, N ...).
+    In the units of the step (mm, N ...). Where an l is above its u it is not solved. Where both are closer
+    than some 1e-4 once OSQP has scaled them, it takes them for an equation, but not in its C: other bits.
 
     Parameters
     ----------
@@ -115,6 +116,8 @@ class StepProgram:
         Return whether there is one.
         """
         linear, low, high, guess = self.parts(room)
+        if not np.all(low <= high):
+            return False  # OSQP would go on with the bounds before
         self._solver.update(q=linear, l=low, u=high)
         self._solver.warm_start(x=guess, y=np.zeros(low.size))
         result = self._solver.solve(raise_error=False)

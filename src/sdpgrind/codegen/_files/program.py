@@ -39,6 +39,11 @@ void {name}_solve(double *room)
 {{
     static const double none[{m}] = {{0.0}};
     int k;
+    for (k = 0; k < {m}; k++) {{
+        if (!(room[{low} + k] <= room[{high} + k])) {{
+            return; /* no solution; OSQP would go on with the bounds before */
+        }}
+    }}
     (void)osqp_update_data_vec(&{name}_qp_solver, room, &room[{low}], &room[{high}]);
     (void)osqp_warm_start(&{name}_qp_solver, &room[{x}], none);
     (void)osqp_solve(&{name}_qp_solver);

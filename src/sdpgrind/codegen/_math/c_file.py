@@ -9,6 +9,11 @@ _COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|/\*.*?\*/|//[
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 _DIRECTIVE = re.compile(r"^[ \t]*#[^\n]*", re.MULTILINE)
 _MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
+_OF_CXX = re.compile(
+    r"^[ \t]*#[ \t]*if(?:def[ \t]+__cplusplus|[ \t]+defined[ \t]*\(?[ \t]*__cplusplus[ \t]*\)?)[ \t]*\n"
+    r"(?:(?![ \t]*#)[^\n]*\n)*[ \t]*#[ \t]*endif",
+    re.MULTILINE,
+)
 _ATTRIBUTE = re.compile(r"\b__attribute__\s*\(\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)\)")
 _TOKEN = re.compile(r"[A-Za-z_]\w*|[^\s\w]")
 _CALL = re.compile(r"\b([A-Za-z_]\w*)\s*\(")
@@ -34,7 +39,8 @@ class CFile:
 
     @cached_property
     def _text(self) -> str:
-        return _bare(self.content.decode("latin-1"))
+        # a brace of extern "C" would hide all within it
+        return _OF_CXX.sub("", _bare(self.content.decode("latin-1")))
 
     @cached_property
     def _code(self) -> str:

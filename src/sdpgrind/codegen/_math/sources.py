@@ -119,7 +119,7 @@ class _MathSearch:
         """Take what a source includes, calls, and reads of the data of others."""
         text = self.units[unit]
         texts = [text, *self._included(unit, unit)]
-        for name in sorted(_union(texts, "foreign") & text.words):
+        for name in sorted((_union(texts, "foreign") | _OWN_BITS) & text.words):
             self.take(name)
         here = text.defined | _union(texts, "own") | _union(texts, "macros") | frozenset(EXACT.split())
         for name in sorted(_union(texts, "called") - here):
@@ -135,6 +135,9 @@ class _MathSearch:
         for wanted in self._read(name).includes:
             there = posixpath.normpath(posixpath.join(posixpath.dirname(place), wanted))
             if there not in seen and (other := self._resolved(name, wanted)) is not None:
+                if there.startswith("../"):
+                    told = f"{wanted} of its {name} would stand outside the export"
+                    raise ValueError(f"math must be a folder whose includes stay in it; {told}")
                 found += [self._read(other), *self._included(there, other, seen)]
         return found
 
@@ -162,7 +165,8 @@ class _MathSearch:
         files = {short[place]: self._read(name).content for place, name in self.placed.items()}
         files |= {one.replace("/", "_"): self._read(one).content for one in licences}
         texts = [CFile(one) for one in files.values()]
-        names = _union(list(self.units.values()), "defined") | _union(texts, "reserved")
+        own = [CFile(self._read(name).content) for name in self.placed.values()]
+        names = _union(own, "defined") | _union(texts, "reserved") | _with_own_bits(own)
         return MathSources(
             files=dict(sorted(files.items())),
             compiled=tuple(sorted(short[one] for one in self.units)),
@@ -190,6 +194,15 @@ class _MathSearch:
 def _undefined(texts: Sequence[CFile]) -> tuple[str, ...]:
     """Return the marks that no header among the files defines."""
     return tuple(one for one in _MARKS if one in _union(texts, "words") - _union(texts, "macros"))
+
+
+def _with_own_bits(texts: Sequence[CFile]) -> frozenset[str]:
+    """Return the functions that no source may take from the C library, however it calls them.
+
+    By a pointer, in parentheses, joined in a macro: under a name of the export the linker does not find them.
+    """
+    told = (one for one in _union(texts, "words") if _has_own_bits(one.removeprefix("__builtin_")))
+    return (_OWN_BITS | frozenset(told)) - _union(texts, "macros")
 
 
 def _union(texts: Sequence[CFile], what: str) -> frozenset[str]:
