@@ -61,6 +61,12 @@ def test_friction_and_evidence_of_a_part_that_nothing_is_known_of(strategy, made
     assert (got["stroke"], got["spindle_speed"]) == (wanted.stroke, wanted.spindle_speed)
 
 
+def test_endless_evidence_counts_as_the_most(strategy):
+    most = {"offset": 0.5, "evidence": 1e9}, {"offset": 0.5, "evidence": np.inf}
+    assert strategy.push(**most[0]) == strategy.push(**most[1])
+    assert strategy.value(**most[0]) == strategy.value(**most[1])
+
+
 def test_a_centred_part(strategy, made):
     c = made.controller()
     for offset in (0.0, strategy.finish):

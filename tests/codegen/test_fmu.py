@@ -281,6 +281,14 @@ def test_names_that_occur_twice_are_refused(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_an_input_that_is_named_as_an_output(tmp_path):
+    """As the coordinate of a controller on a locus: a variable of an FMU has one direction."""
+    place = tmp_path / "low.fmu"
+    sdpgrind.export(low_pass(outputs={"pull": "N", "rest": ""}), place, target="fmi2")
+    told = {one.name: one.causality for one in fmpy.read_model_description(str(place)).modelVariables}
+    assert told["pull_measured"] == "input" and told["pull"] == "output" and validate_fmu(str(place)) == []
+
+
 def test_the_archive_is_the_same_again(tmp_path):
     first = exported("low_pass").path.read_bytes()
     sdpgrind.export(low_pass(), tmp_path / "low_pass.fmu", target="fmi2")

@@ -177,7 +177,7 @@ class Strategy(Plan):
         settled: int = self._settled
         if not evidence >= 0:
             raise checks.refuse("evidence", ">= 0", evidence)
-        return min(int(evidence / WORTH + 0.5), settled)
+        return int(min(evidence / WORTH + 0.5, settled))
 
     def cycle_time(self, offset: float) -> float:
         """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s.

@@ -9,6 +9,7 @@ from sdpgrind.codegen._recipe import Recipe
 
 STATUS = "status"
 _FLAG = "_valid"
+_READ = "_measured"  # chosen: ending of an input that is named as an output
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,12 @@ def variables_of(recipe: Recipe) -> list[UnitVariable]:
 
 def _inputs(recipe: Recipe) -> Iterator[UnitVariable]:
     for k, (name, unit) in enumerate(recipe.inputs.items()):
-        missing = name in recipe.missing
-        told = meaning(recipe, name) + (f"; no reading where {name}{_FLAG} is false" if missing else "")
-        yield UnitVariable(name, "Real", "input", k, told, unit, recipe.limits[k])
+        missing, known = name in recipe.missing, f"{name}{_READ}" if name in recipe.outputs else name
+        told = meaning(recipe, name) + (f"; no reading where {known}{_FLAG} is false" if missing else "")
+        yield UnitVariable(known, "Real", "input", k, told, unit, recipe.limits[k])
         if missing:
-            told = f"whether {name} is a reading"
-            yield UnitVariable(f"{name}{_FLAG}", "Boolean", "input", first_flag(recipe) + k, told)
+            told = f"whether {known} is a reading"
+            yield UnitVariable(f"{known}{_FLAG}", "Boolean", "input", first_flag(recipe) + k, told)
 
 
 def _outputs(recipe: Recipe) -> Iterator[UnitVariable]:

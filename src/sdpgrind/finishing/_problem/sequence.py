@@ -48,7 +48,9 @@ def sequence(
     robot : Robot, optional
         Robot whose times count. Between two pieces it needs at least that of the slowest from rest to rest:
         the contact at the feed of the air, or a joint within its speed and acceleration. It has one branch
-        for all pieces, as in `plan`, so that no move changes it. Default: lengths count.
+        for all pieces, as in `plan`, so that no move changes it. Where the tool follows the feed
+        (``heading="feed_aligned"``) its pose at the end of a piece depends on where it goes on, so times are
+        near ones, and no sequence is `exact`. Default: lengths count.
     **held
         Fields of `FinishingProblem` with a robot, such as `placement` (mm, rad) and `contact_angle` (rad),
         without `spin`.
@@ -82,7 +84,7 @@ def sequence(
     if robot is None:
         if held:
             raise checks.refuse("robot", f"given for {', '.join(held)}", None)
-        table, timed = travels(given.pieces, how), False
+        table, timed, steady = travels(given.pieces, how), False, True
     else:
         if "spin" in held:
             raise checks.refuse(
@@ -93,11 +95,12 @@ def sequence(
                 "robot must be one whose work rests: positions of"
                 f" {', '.join(robot.axis_names)} are left to plan; give sequence the robot alone, or none"
             )
-        table, timed = travel_times(FinishingProblem(given, robot=robot, **held), given), True
+        problem = FinishingProblem(given, robot=robot, **held)
+        table, timed, steady = travel_times(problem, given), True, problem.heading == "fixed"
     best = best_order(table)
     both = (as_given(len(given.order)), best.states)
     times = tuple(cost_of(table, each) for each in both) if timed else None
-    return given.replace(order=best.pieces, backwards=best.backwards, exact=best.exact, times=times)
+    return given.replace(order=best.pieces, backwards=best.backwards, exact=best.exact and steady, times=times)
 
 
 def _flat(paths: Any) -> Iterator[Path | LiftedPath]:
