@@ -100,7 +100,8 @@ def sequence(
     best = best_order(table)
     both = (as_given(len(given.order)), best.states)
     times = tuple(cost_of(table, each) for each in both) if timed else None
-    return given.replace(order=best.pieces, backwards=best.backwards, exact=best.exact and steady, times=times)
+    exact = best.exact and steady
+    return given.replace(order=best.pieces, backwards=best.backwards, exact=exact, times=times)
 
 
 def _flat(paths: Any) -> Iterator[Path | LiftedPath]:

@@ -2,9 +2,9 @@
 
 In a step the disc sweeps what lies above its new lower surface: the path of the tip and, ahead of it, the
 face, which rises with the disc's angle. The swept volume equals what the contact removes in that time, a rate
-that falls as the disc springs back. This is one scalar equation in the wind-up of the spring, whose excess falls
-with it, so that there is one root (with the tip led along a path there may be several): free flight, rubbing,
-cutting and any number of patches are its solutions.
+that falls as the disc springs back. This is one scalar equation in the wind-up of the spring, with one root
+(where the tip is led along a path there may be several): free flight, rubbing, cutting and any number of
+patches are its solutions.
 """
 
 from typing import Any, NamedTuple
