@@ -65,7 +65,6 @@ def test_the_same_bits(made):
     assert made.manifest["stack"] >= max(found.stack.values()) > 0
 
 
-@pytest.mark.slow
 def test_the_self_test_passes(made, tmp_path):
     sources = list(made.path.glob("*.c"))
     command = ["gcc", "-std=c99", "-O2", "-ffp-contract=off", *sources, "-lm", "-o", tmp_path / "t"]

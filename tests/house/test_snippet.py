@@ -245,6 +245,7 @@ def test_the_tour_of_the_three_tiers_runs_as_written(elsewhere, coarse, few):
     assert not list(elsewhere.iterdir())
 
 
+@pytest.mark.slow
 def test_the_tour_of_beads_that_are_learned_runs_as_written(elsewhere, monkeypatch):
     """But for the number of beads of its promise: 0.01 $ takes 5000."""
     from sdpgrind.weldbead.sequence import _promise

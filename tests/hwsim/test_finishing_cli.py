@@ -384,6 +384,7 @@ def test_replicates_are_counted_as_runs(study_job, remembered):
     )
 
 
+@pytest.mark.slow
 def test_a_study_from_the_command_line(study_job, studied, tmp_path, capsys):
     pytest.importorskip("matplotlib")
     arguments = study_job, "--study", "--confirm", 4, "--rng", 3, "--out", tmp_path

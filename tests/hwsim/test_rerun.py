@@ -66,9 +66,7 @@ def rerun(page, folder, capsys):
     return status, [line for line in lines if not re.match(r"sdpgrind: compiling| *\d+ % ", line)]
 
 
-@pytest.mark.parametrize(
-    "area", ["plunge", "locus", "weldbead", pytest.param("finishing", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("area", ["plunge", "locus", "weldbead", "finishing"])
 def test_the_page_of_a_command_is_made_again_to_the_bit(area, tmp_path, capsys):
     first, again = tmp_path / "first", tmp_path / "again"
     assert main([area, *COMMANDS[area], "--parts=2", "--rng=3", "--no-pictures", f"--out={first}"]) == 0
