@@ -57,6 +57,18 @@ def test_volume_of_the_steps_is_that_of_the_contours():
     assert record.volume == pytest.approx(gone, rel=1e-10)
 
 
+def test_each_step_removes_what_its_balance_asks_for():
+    """The root is known to 1e-13 rad; there the excess falls by less than 3e4 mm^3/rad: 3e-9 mm^3.
+
+    As the volume in the way falls by at most width x radius x length of contact with the angle: 12.7 x 89 x 20.
+    """
+    record = smooth_pass(0.05, order=1)
+    asked = np.diff(record.time) * record.removal_rate[1:]
+    cut = asked > 0.0
+    assert cut.sum() > 2000
+    np.testing.assert_allclose(record.removed[1:][cut], asked[cut], rtol=0, atol=3e-9)
+
+
 def test_volume_is_the_integral_of_the_removal_rate_and_that_of_the_reference():
     record = smooth_pass(0.05)
     assert np.trapezoid(record.removal_rate, record.time) == pytest.approx(record.volume, rel=1e-5)
