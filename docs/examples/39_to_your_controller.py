@@ -5,6 +5,7 @@ To your controller
 A planned motion becomes a program of the robot's controller: URScript, RAPID, KRL, a table of joints, or a trajectory of
 ROS. It is read back and followed before it is written, and says what it keeps of the plan."""
 
+import warnings
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -30,6 +31,9 @@ found = program.check()
 print(f"{1e3 * found.deviation:.1f} µm and {1e3 * found.angle_deviation:.2f} mrad from the plan")
 print(f"feeds beyond the planned ones: {max(found.feed_excess, 0.0):.2g} mm/s")
 deviations = np.array([0.005, 0.01, 0.02, 0.05, 0.1])
+warnings.simplefilter(
+    "ignore"
+)  # KRL and RAPID for a UR10: a warning names the language that its controller takes
 moves = [motion.program("krl", deviation=each).text.count("LIN ") for each in deviations]
 figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
 axes.loglog(deviations, moves, "o-")
@@ -69,11 +73,11 @@ for text in (
 #    * - ``"rapid"``
 #      - ``MoveL`` with zones; mm, quaternion, confdata
 #      - of the controller
-#      - ``tooldata``, ``wobjdata``
+#      - ``tooldata``, ``wobjdata``; external axes in ``extax``
 #    * - ``"krl"``
 #      - ``LIN ... C_DIS``; mm, deg, S and T
 #      - of the controller
-#      - ``$TOOL``, ``$BASE``
+#      - ``$TOOL``, ``$BASE``; external axes ``E1``, ``E2``
 #    * - ``"csv"``
 #      - joints over time; s, rad, mm
 #      - kept
@@ -86,6 +90,27 @@ for text in (
 # None has been run on a controller. A controller's blends differ from circles, and may end a move early; the joints of its
 # model may count from other zeros. Mass and centre of gravity of your tool are not in the plan. Try a program slowly,
 # above the work: a work frame that is raised by 50 mm is enough.
+
+# %%
+# Axes that carry the work
+# ------------------------
+# A turntable or a rail under the work is an external axis of the controller. The moves are then in a work object that it
+# moves (RAPID: a mechanical unit in ``wobjdata``; KRL: ``$BASE`` coupled by ``EK``), and each tells the position of the axis
+# at its end. The controller moves the axis in step with the contact and takes the robot along, so that the contact stays
+# on the plan over the work wherever the axis is; the feed is that over the work. The head says what has to be configured.
+table = finishing.arm.Turntable((650.0, 0.0, 80.0), speed_max=1.0, acceleration_max=5.0, jerk_max=50.0)
+turned = finishing.plan(problem.replace(robot=finishing.arm.mounted(robot, STN_1=table)))
+program_there = turned.program("rapid", name="face2")
+lines = program_there.text.splitlines()
+print("\n".join(line[:110] for line in [*lines[6:16], lines[17], lines[19], lines[22]]))
+told = program_there.check()
+print(f"{1e3 * told.deviation:.1f} µm from the plan, of which the axis {1e3 * told.axis_deviation:.1f} µm")
+
+# %%
+# Between two points the axis moves evenly; how far it is then from the plan, times the distance of the contact from it,
+# counts as a deviation, too, so that the joints of the robot are those of the plan as near. The unit's frame with all axes
+# at zero, on which the work lies, is in the head: the controller has to know it, and turn it the same way round. In RAPID
+# the unit is called like the axis (here ``STN_1``); in KRL it is ``MACHINE_DEF[2]``. A UR controller has no external axes.
 
 # %%
 # A file, and a changed one

@@ -9,6 +9,8 @@ from program_motions import UR10, planned
 from sdpgrind import finishing
 from sdpgrind.finishing._program import program as program_module
 
+pytestmark = pytest.mark.filterwarnings("ignore:.* is not the language of the")
+
 HOLE = [(0.35, 0.35), (0.35, 0.65), (0.65, 0.65), (0.65, 0.35), (0.35, 0.35)]
 
 

@@ -10,11 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_twin import match as slow_match
-from program_motions import planned
+from program_motions import IRB2400, UR10, planned
 
 from sdpgrind import finishing
 from sdpgrind.finishing._program.matching_kernels import match
 from sdpgrind.finishing._program.read_program import read_text
+
+pytestmark = pytest.mark.filterwarnings("ignore:.* is not the language of the")
 
 LINES = ["urscript", "rapid", "krl"]
 MOVES = {"urscript": "movel", "rapid": "MoveL", "krl": "LIN ", "csv": "1."}
@@ -374,3 +376,33 @@ def test_places_are_matched_as_by_the_twin():
 def test_words_of_the_languages_are_no_names(target, name):
     with pytest.raises(ValueError, match="no word of it; got"):
         planned("small").program(target, name=name)
+
+
+def test_a_language_of_another_maker_is_told():
+    """A warning names the language of a robot whose maker is known, whatever its tool, limits and names."""
+    motion = planned("small")
+    with pytest.warns(
+        UserWarning, match="krl is not the language of the UR10 of .*, whose controller takes urscript"
+    ):
+        motion.program("krl")
+    with pytest.warns(
+        UserWarning, match="urscript is not the language of the IRB 2400 of ABB, .* takes rapid"
+    ):
+        _other(motion, IRB2400.replace(speed_max=(1.0,) * 6, names=tuple("abcdef"))).program("urscript")
+
+
+@pytest.mark.filterwarnings("error")
+def test_no_warning_where_the_language_fits_or_the_maker_is_not_known():
+    motion = planned("small")
+    for target in ("urscript", "csv", "ros"):
+        motion.program(target)
+    links = UR10.links.copy()
+    links[2, 0, 3] -= 1e-3  # mm: a calibration
+    for target in ("rapid", "krl"):
+        _other(motion, UR10.replace(links=links)).program(target)
+
+
+def _other(motion, robot):
+    """The motion's path with another robot."""
+    place = (900.0, -25.0, 0.0) if robot.names[0] == "a" else motion.problem.placement
+    return finishing.plan(motion.problem.replace(robot=robot, placement=place))

@@ -14,6 +14,8 @@ from sdpgrind.finishing._program.course import Run, frames_of
 from sdpgrind.finishing._program.form import turn_vectors
 from sdpgrind.finishing._program.krl import euler_angles
 
+pytestmark = pytest.mark.filterwarnings("ignore:.* is not the language of the")
+
 TARGETS = ["urscript", "rapid", "krl", "csv", "ros", "stream"]
 ENDINGS = {
     "urscript": "script",
@@ -117,7 +119,7 @@ def test_a_chord_on_an_arc_by_its_closed_form():
     angle = np.linspace(0.0, 2 * np.arcsin(1 / 3), 201)
     points = 0.3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     level = np.tile([0.0, 0.0, 0.0, 1.0], (201, 1))
-    run = Run(angle, angle, points, level, level)
+    run = Run(angle, angle, points, level, level, np.empty((201, 0)))
     assert np.linalg.norm(points[-1] - points[0]) == pytest.approx(0.2)
     assert fits(run, 0, 200, 0.017157 + 1e-6, 95.0) and not fits(run, 0, 200, 0.017157 - 1e-6, 95.0)
 

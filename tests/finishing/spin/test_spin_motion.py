@@ -122,6 +122,7 @@ def test_picture_and_report(tmp_path, pyplot):
     assert "turn of the tool" in (tmp_path / "spun.html").read_text()
 
 
+@pytest.mark.filterwarnings("ignore:.* is not the language of the")
 @pytest.mark.parametrize("target", ["urscript", "rapid", "krl", "csv"])
 @pytest.mark.parametrize("angle", [90, 60])
 def test_programs(target, angle):

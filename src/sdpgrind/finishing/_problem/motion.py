@@ -293,8 +293,11 @@ class Motion(Plan):
         Parameters
         ----------
         target : {"urscript", "rapid", "krl", "csv", "ros"}
-            Language of the controller. All but "csv" and "ros" need a `SerialRobot` whose work rests; ROS
-            knows joints by `robot.names`: those of a URDF, or of ``robot.replace(names=...)``.
+            Language of the controller; a warning names that of a robot whose maker is known, where another is
+            asked for. All but "csv" and "ros" need a `SerialRobot`. Axes that carry the work (`mounted`) are
+            external axes of a coordinated unit in "rapid" (six) and "krl" (two), as the head of the program
+            says; "urscript" refuses them. ROS knows joints by `robot.names`: those of a URDF, or of
+            ``robot.replace(names=...)``.
         deviation : float
             Greatest distance of the contact from the plan, and of a turn of the tool times the lever arm,
             mm; half for chords, half for blends.
@@ -314,7 +317,7 @@ class Motion(Plan):
         ------
         ValueError
             When there is no such target, the deviation (mm) or the name is not allowed, the robot has no
-            known flange, or cannot be lifted off the work.
+            known flange, cannot be lifted off the work, or has axes under it that the controller lacks.
 
         Examples
         --------

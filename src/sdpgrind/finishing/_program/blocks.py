@@ -20,7 +20,8 @@ _STRAIGHT = 1e-9  # rad, chosen: blocks in line
 class Blocks(NamedTuple):
     """Moves in straight lines: contact (k, 3) in the work, mm, quaternions (k, 4), feed, blend, joints.
 
-    `feeds` (k,), mm/s, are of the block that ends there, `radii` (k,), mm, of the blend there; 0: exact.
+    `feeds` (k,), mm/s, are of the block that ends there, `radii` (k,), mm, of the blend there; 0: exact. The
+    last of the joints (k, n) are axes that carry the work, where there are any.
     """
 
     points: Floats
@@ -41,7 +42,7 @@ def blocks_of(run: Run, deviation: float, lever: float) -> Blocks:
         points[1:],
         run.turns[ends],
         feeds,
-        _blends(points, run.turns[picks], half - ROUNDED, lever),
+        _blends(points, run.turns[picks], run.carried[picks], half - ROUNDED, lever),
         run.joints[ends],
     )
 
@@ -83,15 +84,15 @@ def _pruned(run: Run, picks: list[int], tolerance: float, lever: float) -> list[
 
 
 def fits(run: Run, begin: int, end: int, tolerance: float, lever: float) -> bool:
-    """Return whether the chord between two samples keeps contact and turn, times the lever, within mm."""
-    return bool(chord_fits(run.points, run.turns, begin, end, tolerance, lever, ALIKE))
+    """Return whether the chord between two samples keeps contact, and turns times levers, within mm."""
+    return bool(chord_fits(run.points, run.turns, run.carried, begin, end, tolerance, lever, ALIKE))
 
 
-def _blends(points: Floats, turns: Floats, most: float, lever: float) -> Floats:
+def _blends(points: Floats, turns: Floats, carried: Floats, most: float, lever: float) -> Floats:
     """Lengths before points 1 to the last at which a blend begins, mm; it leaves the corner by <= `most`.
 
     So does the tool, times the lever: evenly turned from r before to r behind a corner, at which its rate (a
-    mm) changes by w, it is r w / 2 away from the turn at the corner.
+    mm) changes by w, it is r w / 2 away from the turn at the corner. So do axes that carry the work.
     """
     chords = np.diff(points, axis=0)
     size = np.linalg.norm(chords, axis=1)
@@ -104,6 +105,8 @@ def _blends(points: Floats, turns: Floats, most: float, lever: float) -> Floats:
     kink = np.linalg.norm(np.diff(rates, axis=0), axis=1)
     radii = np.minimum(shorter, most / np.tan(np.maximum(turn, _STRAIGHT) / 4.0))
     radii = np.minimum(radii, 2.0 * most / (lever * np.maximum(kink, _STRAIGHT)))
+    bend = np.abs(np.diff(np.diff(carried, axis=0) / size[:, None], axis=0)).sum(axis=1)
+    radii = np.minimum(radii, 2.0 * most / np.maximum(bend, _STRAIGHT))
     return np.append(np.where(radii < _SHORTEST, 0.0, radii), 0.0)
 
 

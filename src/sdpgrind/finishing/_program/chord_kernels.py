@@ -34,13 +34,13 @@ def _turned_away(first, second, share, half, sign, turn, alike):
 
 
 @compiled(error_model="numpy")
-def chord_fits(points, turns, begin, end, tolerance, lever, alike):
+def chord_fits(points, turns, carried, begin, end, tolerance, lever, alike):
     """Return whether all samples between two are within the tolerance of their chord, mm.
 
     Parameters
     ----------
-    points, turns : array, (n, 3), (n, 4)
-        Places, mm, and unit quaternions of the samples.
+    points, turns, carried : array, (n, 3), (n, 4), (n, e)
+        Places, mm, unit quaternions, and positions of axes that carry the work, times their levers, mm.
     begin, end : int
         The two samples.
     tolerance, lever, alike : float
@@ -67,5 +67,11 @@ def chord_fits(points, turns, begin, end, tolerance, lever, alike):
             return False
         turned = _turned_away(turns[begin], turns[end], share, half, sign, turns[k], alike)
         if not lever * turned <= tolerance:
+            return False
+        away = 0.0
+        for c in range(carried.shape[1]):
+            step = carried[end, c] - carried[begin, c]
+            away += abs(carried[k, c] - carried[begin, c] - share * step)
+        if away > tolerance:
             return False
     return True

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._program.carriers import carriers, levers
 from sdpgrind.finishing._program.configuration import STEP, check_configuration
 from sdpgrind.finishing._program.course import PlannedMotion, frames_of
 from sdpgrind.finishing._program.follow import PLACES, FollowedPath, followed
@@ -34,16 +35,24 @@ class MotionCheck(NamedTuple):
     joint_speed_excess : float
         Greatest speed of a joint beyond its limit, and beyond that of the motion at the same time, as a share
         of the limit, unit 1; <= 0: none. 0 where the program tells no speeds of joints.
+    axis_deviation : float
+        Greatest deviation of axes that carry the work from the planned ones at the same place of the path,
+        times the distance of the contact from the axis of a turntable, mm; of several axes the sum. It counts
+        in `deviation`. 0 where the work rests, and in "csv" and "ros".
     """
 
     deviation: float
     angle_deviation: float
     feed_excess: float
     joint_speed_excess: float = 0.0
+    axis_deviation: float = 0.0
 
 
 class Planned(NamedTuple):
-    """Places (n, 3) of the contact in the base, mm, quaternions, feeds (mm/s), joints (n, j)."""
+    """Places (n, 3) of the contact in the work, mm, quaternions, feeds (mm/s), joints (n, j).
+
+    The work is where it lies in the base with the axes that carry it at zero.
+    """
 
     places: Floats
     turns: Floats
@@ -65,11 +74,22 @@ def check_lines(path: Any, motion: PlannedMotion) -> MotionCheck:
     end = float(np.linalg.norm(there.nodes[-1] - plan.places[-1]))
     passed = _passed(there, plan.places, segment, share)
     check_configuration(path, plan.joints, there.blocks[segment], motion.posture.branch)
+    off = _axes_off(there, plan, problem, segment, share)
     return MotionCheck(
-        max(float(away.max()), end, passed, angle * problem.lever_arm),
+        max(float(away.max()), end, passed, angle * problem.lever_arm, off),
         angle,
         _excess(path.feeds, plan.feeds, there.blocks[segment]),
+        axis_deviation=off,
     )
+
+
+def _axes_off(there: FollowedPath, plan: Planned, problem: Any, segment: Any, share: Floats) -> float:
+    """Greatest deviation of the axes that carry the work, times their levers, mm."""
+    if not there.axes.shape[1]:
+        return 0.0
+    told = there.axes[segment] + share[:, None] * (there.axes[segment + 1] - there.axes[segment])
+    gap = np.abs(told - carriers(problem.robot, plan.joints))
+    return float((gap * levers(problem, plan.joints)).sum(axis=1).max())
 
 
 def _planned(motion: PlannedMotion) -> Planned:
@@ -78,7 +98,7 @@ def _planned(motion: PlannedMotion) -> Planned:
     parts = np.maximum(np.ceil(np.diff(length) / STEP), 1.0)
     where = np.interp(np.arange(parts.sum() + 1), np.append(0.0, np.cumsum(parts)), time)
     state, problem = motion.at(where), motion.problem
-    poses = problem.robot.forward(state.joints)
+    poses = problem.robot.forward_work(state.joints)
     ends = _raised_ends(motion, poses[[0, -1]])
     tips = np.concatenate([[ends[0]], poses, [ends[1]]]) @ shifted(problem.lever_arm)
     feeds = np.concatenate([[problem.feed_rate], state.feed_rate, [problem.feed_rate]])

@@ -8,6 +8,7 @@ from sdpgrind.base.checks import Floats
 
 # mm, chosen: places of a check, other than the writer's; a chord of it leaves an arc of 0.3 mm by 0.4 um
 STEP = 0.03
+_JOINTS = 6  # source: KRL, axes whose signs are told; external ones are not among them
 _ROUNDING = 1e-3  # rad, chosen: a joint nearer to a quarter of a turn, or to 0, may count on either side
 
 
@@ -46,5 +47,5 @@ def _configured(target: str, joints: Floats, branch: int) -> Floats:
     if target == "rapid":
         number = np.full(len(joints), 4 * shoulder + 2 * elbow + wrist)
         return np.column_stack([joints[:, [0, 3, 5]] // (np.pi / 2), number])
-    signs = (joints < 0.0) @ (1 << np.arange(6))
+    signs = (joints[:, :_JOINTS] < 0.0) @ (1 << np.arange(_JOINTS))
     return np.column_stack([np.full(len(joints), shoulder | (elbow << 1)), signs])

@@ -6,6 +6,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.finishing._program.carriers import alone, carriers, levers
 from sdpgrind.finishing._program.turns import inverse, raised, shifted, turns_of
 from sdpgrind.finishing.arm._serial import SerialRobot
 
@@ -59,17 +60,21 @@ class PlannedMotion(Protocol):
 
 
 class Run(NamedTuple):
-    """Samples between two rests: time (s), length (mm), contact (m, 3) in the work, mm, turns, joints."""
+    """Samples between two rests: time (s), length (mm), contact (m, 3) in the work, mm, turns, joints.
+
+    `carried` (m, e): axes that carry the work, times their levers, mm.
+    """
 
     time: Floats
     length: Floats
     points: Floats
     turns: Floats
     joints: Floats
+    carried: Floats
 
 
 class RobotFrames(NamedTuple):
-    """Rigid motions (4, 4), mm: work in the base, contact in the flange of the controller."""
+    """Rigid motions (4, 4), mm: work in the base, its axes at zero; contact in the controller's flange."""
 
     work: Floats
     tool: Floats
@@ -82,7 +87,7 @@ def frames_of(motion: PlannedMotion) -> RobotFrames:
     angle = turn[0] if turn else 0.0
     work[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     work[:3, 3] = x, y, z
-    robot = motion.problem.robot
+    robot = alone(motion.problem.robot)
     return RobotFrames(work, inverse(_flange(robot)) @ robot.tool @ shifted(motion.problem.lever_arm))
 
 
@@ -102,7 +107,8 @@ def runs_of(motion: PlannedMotion, frames: RobotFrames) -> list[Run]:
     """Return the runs between rests, samples at most `STEP` apart."""
     cuts = np.flatnonzero(np.diff(motion.time) <= 0) + 1
     rows = zip(np.split(motion.time, cuts), np.split(motion.length, cuts), strict=True)
-    return [_run(motion, frames, _dense(time, length)) for time, length in rows]
+    arms = levers(motion.problem, motion.joints)
+    return [_run(motion, frames, _dense(time, length), arms) for time, length in rows]
 
 
 def _dense(time: Floats, length: Floats) -> Floats:
@@ -113,7 +119,7 @@ def _dense(time: Floats, length: Floats) -> Floats:
     return np.append(time[row] + share * np.diff(time)[row], time[-1])
 
 
-def _run(motion: PlannedMotion, frames: RobotFrames, time: Floats) -> Run:
+def _run(motion: PlannedMotion, frames: RobotFrames, time: Floats, arms: Floats) -> Run:
     state = motion.at(time)
     poses = contacts(motion, frames, state.joints)
     points: Floats = poses[:, :3, 3]
@@ -121,28 +127,31 @@ def _run(motion: PlannedMotion, frames: RobotFrames, time: Floats) -> Run:
     moved[-1] = True
     if not moved[:-1].all():  # the last sample stays, one too near before it goes
         moved[np.flatnonzero(~moved[:-1])] = False
-    return Run(*(each[moved] for each in (time, state.length, points, turns_of(poses), state.joints)))
+    carried = np.ascontiguousarray(carriers(motion.problem.robot, state.joints) * arms)
+    every = time, state.length, points, turns_of(poses), state.joints, carried
+    return Run(*(each[moved] for each in every))
 
 
 def contacts(motion: PlannedMotion, frames: RobotFrames, joints: Floats) -> Floats:
     """Return poses of the contact in the work, (m, 4, 4), mm."""
-    tips = motion.problem.robot.forward(joints) @ shifted(motion.problem.lever_arm)
+    tips = motion.problem.robot.forward_work(joints) @ shifted(motion.problem.lever_arm)
     out: Floats = inverse(frames.work) @ tips
     return out
 
 
 def lifted(motion: PlannedMotion, row: int) -> Floats:
-    """Return the joints (n,) above those of a row, in the same branch, rad."""
-    problem, joints = motion.problem, motion.joints[row]
-    pose = raised(problem.robot.forward(joints), problem, float(motion.spin[row]))
-    found = problem.robot.solutions([pose])[0]
+    """Return the joints (n,) above those of a row, in the same branch, rad; axes under the work stay."""
+    problem, whole = motion.problem, motion.joints[row]
+    pose = raised(problem.robot.forward(whole), problem, float(motion.spin[row]))
+    robot = alone(problem.robot)
+    joints, found = whole[: len(robot.names)], robot.solutions([pose])[0]
     turns = found + 2 * np.pi * np.round((joints - found) / (2 * np.pi))
     away = np.nan_to_num(np.abs(turns - joints).max(axis=1), nan=np.inf)
     nearest: Floats = turns[int(np.argmin(away))]
-    low, high = np.array(problem.robot.position_min), np.array(problem.robot.position_max)
+    low, high = np.array(robot.position_min), np.array(robot.position_max)
     if away.min() > _NEAR or np.any(nearest < low) or np.any(nearest > high):
         raise ValueError(
             "placement must leave room for the lift off the work, 20 mm along its normal (mm); the robot does"
             f" not reach it from joints {np.round(joints, 4).tolist()} in the same branch"
         )
-    return nearest
+    return np.append(nearest, whole[len(joints) :])

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._program.carriers import axis_units, unit_frame
 from sdpgrind.finishing._program.turns import between, inverse, poses_of, shifted, turns_of
 
 PLACES = 10  # source: specification of the check, places a block
@@ -15,22 +16,42 @@ _STRAIGHT = 1e-7  # rad, chosen: corners of less are straight
 
 
 class FollowedPath(NamedTuple):
-    """Nodes (m, 3) of the contact in the base, mm, quaternions (m, 4), and block (m - 1,) of each segment."""
+    """Nodes (m, 3) of the contact in the work, mm, quaternions (m, 4), and block (m - 1,) of each segment.
+
+    The work is where it lies in the base with the axes that carry it at zero; `axes` (m, e), rad or mm.
+    """
 
     nodes: Floats
     turns: Floats
     blocks: npt.NDArray[np.int64]
+    axes: Floats
 
 
 def followed(path: Any, robot: Any, tool: Floats, lever: float) -> FollowedPath:
-    """Follow the straight moves of a path with a robot whose contact is truly at `tool` in its flange."""
-    start = robot.forward(path.approach[-1]) @ shifted(lever)
-    commanded = path.work @ poses_of(path.points, path.turns) @ inverse(path.tool) @ tool
-    poses = np.concatenate([start[None], commanded])
-    return _rounded(poses[:, :3, 3], turns_of(poses), np.append(0.0, path.radii))
+    """Follow the straight moves of a path with a robot whose contact is truly at `tool` in its flange.
+
+    A controller that moves the work moves the tool with it: where the axes are does not change what the work
+    sees of a straight move.
+    """
+    axes = positions(path, robot)
+    start = robot.forward_work(np.concatenate([path.approach[-1], axes[0]])) @ shifted(lever)
+    told = unit_frame(robot) @ path.work @ poses_of(path.points, path.turns)
+    poses = np.concatenate([start[None], told @ inverse(path.tool) @ tool])
+    return _rounded(poses[:, :3, 3], turns_of(poses), axes, np.append(0.0, path.radii))
 
 
-def _rounded(points: Floats, turns: Floats, radii: Floats) -> FollowedPath:
+def positions(path: Any, robot: Any) -> Floats:
+    """Return the external axes (k + 1, e) at the start and the ends of all moves, rad or mm."""
+    units = axis_units(robot)
+    if path.axes.shape[1] != len(units):
+        raise ValueError(
+            f"text must have {len(units)} external axes, as the robot; got {path.axes.shape[1]} in its moves"
+        )
+    scale = np.array([np.pi / 180 if unit == "rad" else 1.0 for unit in units])
+    return np.asarray(np.vstack([path.begun[None], path.axes]) * scale)
+
+
+def _rounded(points: Floats, turns: Floats, axes: Floats, radii: Floats) -> FollowedPath:
     """Nodes of straight parts and corners."""
     sizes = np.linalg.norm(np.diff(points, axis=0), axis=1)
     _check_blends(sizes, radii)
@@ -45,10 +66,20 @@ def _rounded(points: Floats, turns: Floats, radii: Floats) -> FollowedPath:
     nodes[blended, PLACES + 1 :] = _corners(*corners, radii[blended + 1])
     before, after = told[blended, -1:], told[blended + 1, :1]
     quaternions[blended, PLACES + 1 :] = between(before, after, _INNER)
+    carried = np.zeros((count, PLACES + _CORNER, axes.shape[1]))
+    carried[:, : PLACES + 1] = _linear(axes[:-1, None], axes[1:, None], share)
+    carried[blended, PLACES + 1 :] = _linear(
+        carried[blended, PLACES : PLACES + 1], carried[blended + 1, :1], _INNER
+    )
     there = np.zeros(nodes.shape[:2], dtype=bool)
     there[:, : PLACES + 1] = there[blended, PLACES + 1 :] = True
     there[1:, 0] = radii[1:-1] > 0.0  # an exact end is the next start
-    return FollowedPath(nodes[there], quaternions[there], np.nonzero(there)[0][1:])
+    return FollowedPath(nodes[there], quaternions[there], np.nonzero(there)[0][1:], carried[there])
+
+
+def _linear(first: Floats, second: Floats, share: Floats) -> Floats:
+    """Values at shares of the way from one to another."""
+    return np.asarray(first + share[..., None] * (second - first))
 
 
 def _check_blends(sizes: Floats, radii: Floats) -> None:

@@ -16,13 +16,24 @@ SLOW = 0.25  # rad/s, chosen: joint moves to the start, at the pace of a robot i
 
 
 class TextForm(NamedTuple):
-    """Name of the program, lines of its head, frames, joints (rad) above the start, acceleration (mm/s^2)."""
+    """Name of the program, lines of its head, frames, joints (rad) above the start, acceleration (mm/s^2).
+
+    Names and units of axes that carry the work: `frames.work` is then the work in the frame of their unit.
+    """
 
     name: str
     head: list[str]
     frames: RobotFrames
     start: Floats
     acceleration: float
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+
+
+def shown_axes(values: Floats, units: Iterable[str]) -> list[str]:
+    """Return positions of external axes, rad or mm, as numbers in deg or mm."""
+    each = zip(values, units, strict=True)
+    return [told([np.degrees(q)], DEGREES) if unit == "rad" else told([q], LENGTH) for q, unit in each]
 
 
 def told(values: Iterable[float], decimals: int) -> str:

@@ -15,18 +15,22 @@ from sdpgrind.finishing._program.form import (
     TextForm,
     commented,
     floored,
+    shown_axes,
     told,
     vectors_of,
 )
 
+AXES_MAX = 2  # derived: external axes of which a line of 140 characters tells all digits
+MACHINE = 2  # chosen: index of the only external kinematic in MACHINE_DEF, behind the robot
 MARK = 4  # digits of the digest in the names of parts, chosen: two versions in a folder differ in it
 _SLOW = 10  # percent, chosen: joint moves by hand
+_JOINTS = 6  # source: KRL, axes that T tells
 _LEVEL = 1e-7  # rad, chosen: B nearer to +-90 deg leaves only the sum or difference of A and C
 
 
 def source(parts: Sequence[Blocks], form: TextForm, branch: int) -> str:
     """Write one program; of several parts one that calls a program each, and these behind it."""
-    bodies = [_moves(blocks, branch) for blocks in parts]
+    bodies = [_moves(blocks, form, branch) for blocks in parts]
     if len(bodies) == 1:
         return _program(form.name, [*_begun(form), *bodies[0], "HALT"])
     # Names change with the moves: a file that calls others never calls those of another version.
@@ -42,22 +46,36 @@ def _program(name: str, lines: Sequence[str]) -> str:
 
 def _begun(form: TextForm) -> list[str]:
     """Lines up to the joints above the start."""
-    start = ",".join(f"A{k} {told([q], DEGREES)}" for k, q in enumerate(np.degrees(form.start), 1))
+    robot = len(form.start) - len(form.units)
+    start = ",".join(f"A{k} {told([q], DEGREES)}" for k, q in enumerate(np.degrees(form.start[:robot]), 1))
+    start += _external(form.start[robot:], form)
     return [
         *commented(form.head, ";"),
         "BAS(#INITMOV,0)",
         f"BAS(#VEL_PTP,{_SLOW})",
-        f"$TOOL={{{_of(form.frames.tool)}}}",
-        f"$BASE={{{_of(form.frames.work)}}}",
+        f"$TOOL={aggregate(form.frames.tool)}",
+        f"$BASE={_base(form)}",
         "$ORI_TYPE=#VAR",
         f"$ACC.CP={form.acceleration / MM_PER_M:.4f}",
         f"PTP {{{start}}}",
     ]
 
 
-def _moves(blocks: Blocks, branch: int) -> list[str]:
+def _base(form: TextForm) -> str:
+    """Work in the base, or coupled to the external kinematic that moves it, where the controller knows it."""
+    work = aggregate(form.frames.work)
+    unit = f"MACHINE_DEF[{MACHINE}]"
+    return f"EK({unit}.ROOT,{unit}.MECH_TYPE,{work})" if form.names else work
+
+
+def _external(values: Floats, form: TextForm) -> str:
+    """External axes in deg or mm, behind a comma."""
+    return "".join(f",E{k} {each}" for k, each in enumerate(shown_axes(values, form.units), 1))
+
+
+def _moves(blocks: Blocks, form: TextForm, branch: int) -> list[str]:
     """Lines of straight moves."""
-    angles = euler_angles(blocks.turns)
+    angles, robot = euler_angles(blocks.turns), blocks.joints.shape[1] - len(form.units)
     moves: list[str] = []
     distance = feed = ""
     for k, point in enumerate(blocks.points):
@@ -68,8 +86,9 @@ def _moves(blocks: Blocks, branch: int) -> list[str]:
             moves.append(f"$APO.CDIS={r}")
             distance = r
         feed, near = v, " C_DIS" if blocks.radii[k] else ""
-        bits = f"S {_status(branch)},T {_turn_bits(blocks.joints[k])}"
-        moves.append(f"LIN {{{_frame(point, angles[k])},{bits}}}{near}")
+        joints = blocks.joints[k]
+        more = f"S {_status(branch)},T {_turn_bits(joints)}{_external(joints[robot:], form)}"
+        moves.append(f"LIN {{{_frame(point, angles[k])},{more}}}{near}")
     return moves
 
 
@@ -79,9 +98,10 @@ def _frame(point: Floats, angles: Floats) -> str:
     return ",".join(f"{axis} {told([value], decimals)}" for axis, value, decimals in (*lengths, *turns))
 
 
-def _of(pose: Floats) -> str:
+def aggregate(pose: Floats) -> str:
+    """Return a rigid motion (4, 4), mm, as a frame: X, Y, Z in mm, A, B, C in deg."""
     point, turn = vectors_of(pose)
-    return _frame(point, euler_angles(turn[None])[0])
+    return f"{{{_frame(point, euler_angles(turn[None])[0])}}}"
 
 
 def euler_angles(turns: Floats) -> Floats:
@@ -106,12 +126,18 @@ def _status(branch: int) -> int:
 
 
 def _turn_bits(joints: Floats) -> int:
-    """Bits of axes below 0."""
-    return int(sum(1 << k for k, q in enumerate(joints) if q < 0.0))
+    """Bits of axes below 0, the external ones left out."""
+    return int(sum(1 << k for k, q in enumerate(joints[:_JOINTS]) if q < 0.0))
 
 
-def head() -> Iterator[str]:
-    """Yield what the head says about time and frames."""
+def head(names: Sequence[str]) -> Iterator[str]:
+    """Yield what the head says about time and frames; `names`: axes that carry the work."""
     yield "time is not kept: the controller's own law applies; $VEL.CP is the planned mean feed of a block"
-    yield "frames: $TOOL is the contact in the flange, $BASE the work in the base of the robot"
+    if names:
+        axes = ", ".join(f"{name} is E{k}" for k, name in enumerate(names, 1))
+        yield "frames: $TOOL is the contact in the flange; $BASE moves with the external kinematic in"
+        yield f"MACHINE_DEF[{MACHINE}], coupled by EK (change the index if yours is another)"
+        yield f"its axes: {axes}"
+    else:
+        yield "frames: $TOOL is the contact in the flange, $BASE the work in the base of the robot"
     yield "units: mm, deg, s; $VEL.CP in m/s; S and T from the model's branch and joints"

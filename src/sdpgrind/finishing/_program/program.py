@@ -14,9 +14,11 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.programs import Program
 from sdpgrind.base.quantities import another_unit
 from sdpgrind.base.stored import encode
+from sdpgrind.base.warned import warn
 from sdpgrind.base.whole_files import whole_file
 from sdpgrind.finishing._program import krl, rapid, urscript
 from sdpgrind.finishing._program.blocks import Blocks, blocks_of, joined
+from sdpgrind.finishing._program.carriers import alone, axis_names, axis_units, described_unit, unit_frame
 from sdpgrind.finishing._program.compare import MotionCheck
 from sdpgrind.finishing._program.course import (
     PlannedMotion,
@@ -31,7 +33,8 @@ from sdpgrind.finishing._program.form import TextForm
 from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing._program.table import table
 from sdpgrind.finishing._program.trajectory import trajectory
-from sdpgrind.finishing._program.turns import turns_of
+from sdpgrind.finishing._program.turns import inverse, turns_of
+from sdpgrind.finishing.arm._robot_presets import maker_of
 from sdpgrind.finishing.arm._serial import SerialRobot
 from sdpgrind.finishing.path._lifted_course import LiftedCourse
 
@@ -41,6 +44,7 @@ _OVER_TIME = ("csv", "ros")  # joints over time, whatever the robot
 _USUAL, _TYPICAL = (0.002, 5.0), 0.02  # mm, chosen: rounding of the numbers to what no finishing needs
 # source: KRL 24 characters; RAPID 32, two of them for p_, t_, w_; others: chosen
 _NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60, "ros": 60}
+_UNIT = 32  # source: RAPID, characters of an identifier
 _POINTS = 5000  # source: specification, size of a KRL program that its editor takes
 _TURNED = 0.35  # rad, source: specification, greatest turn of a joint from pose to pose
 _STILL = 1e-6  # rad, chosen: turn of a tool at rest that is rounding
@@ -176,11 +180,13 @@ def program_of(
 ) -> MotionProgram:
     """Write a motion as a program after a check of the arguments, see `Motion.program`."""
     allowed = check_options(target, deviation=deviation, name=name, timing=timing, date=date)
+    _warn_of_maker(motion, target)
     _check_spin(motion)
     head = list(_head(motion, target, allowed, name, date))
     if target in _OVER_TIME:
         return (_table if target == "csv" else _trajectory)(motion, head, allowed, name)
     _check_robot(motion, target)
+    _check_axes(motion, target, name)
     text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
     return MotionProgram(text, allowed, target, name, motion)
 
@@ -213,23 +219,57 @@ def _deviation(value: float) -> float:
 
 def _check_name(target: str, name: str) -> None:
     longest = _NAMES[target]
-    fits = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", checks.kind("name", name, str))
-    if not fits or len(name) > longest or name.lower() in _RESERVED:
+    if not _is_word(checks.kind("name", name, str), longest):
         rule = f"a letter, then letters, digits and _, at most {longest} in {target}, and no word of it"
         raise checks.refuse("name", rule, name)
 
 
+def _is_word(name: str, longest: int) -> bool:
+    """Whether a program may hold a name."""
+    fits = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name)
+    return bool(fits) and len(name) <= longest and name.lower() not in _RESERVED
+
+
 def _check_robot(motion: PlannedMotion, target: str) -> None:
     """Refuse robots whose flange is not known, and joints that the controller does not take."""
-    robot = motion.problem.robot
+    robot = alone(motion.problem.robot)
     if not isinstance(robot, SerialRobot):
         raise ValueError(
-            f"robot must be a SerialRobot, whose flange is known and whose work is at rest, for {target};"
-            f" got {checks.shown(robot)}; take csv or ros"
+            f"robot must be a SerialRobot, whose flange is known, for {target}; got {checks.shown(robot)};"
+            " take csv or ros"
         )
-    turn = float(np.abs(motion.joints).max())
+    turn = float(np.abs(motion.joints[:, : len(robot.names)]).max())
     if target in ("urscript", "krl") and turn > 2 * np.pi:
         raise checks.refuse(f"joints for {target}", "within a turn of 0", turn, "rad")
+
+
+def _warn_of_maker(motion: PlannedMotion, target: str) -> None:
+    """Warn of a language that is not that of a robot whose maker is known."""
+    known = maker_of(alone(motion.problem.robot))
+    if known is not None and target not in (known.language, *_OVER_TIME):
+        warn(
+            f"{target} is not the language of the {known.robot} of {known.maker}, whose controller takes"
+            f" {known.language}"
+        )
+
+
+def _check_axes(motion: PlannedMotion, target: str, name: str) -> None:
+    """Refuse axes that carry the work where the controller has none, too many, or not of that name."""
+    names = axis_names(motion.problem.robot)
+    if names and target == "urscript":
+        raise ValueError(
+            f"robot must be one whose work rests for urscript, as a UR controller has no external axes; got"
+            f" {', '.join(names)}; take csv or ros, which tell all joints over time"
+        )
+    most = {"rapid": rapid.AXES_MAX, "krl": krl.AXES_MAX}.get(target, 0)
+    if len(names) > most:
+        raise ValueError(
+            f"axes that carry the work must be at most {most} in {target}; got {len(names)}; take csv or ros"
+        )
+    unit = names[-1] if names and target == "rapid" else ""
+    if unit and (not _is_word(unit, _UNIT) or unit.lower() == name.lower()):
+        rule = f"a letter, then letters, digits and _, at most {_UNIT}: it is the mechanical unit in rapid"
+        raise checks.refuse("name of the axis that carries the work", rule, unit)
 
 
 def _check_spin(motion: PlannedMotion) -> None:
@@ -270,14 +310,23 @@ def _lines(motion: PlannedMotion, target: str, head: list[str], name: str, devia
     down, up = motion.joints[:1], lifted(motion, -1)[None]
     runs[0] = joined([_exact(motion, frames, down), runs[0]])
     runs[-1] = joined([runs[-1], _exact(motion, frames, up)])
-    start = lifted(motion, 0)
-    more = {"urscript": urscript.head(False), "rapid": rapid.head(), "krl": krl.head()}[target]
-    form = TextForm(name, [*head, *more], frames, start, problem.acceleration)
+    form = _form(motion, target, head, name, frames)
     if target == "krl":
         return krl.source(_parts(motion, runs, name, deviation), form, motion.posture.branch)
     if target == "urscript":
         return urscript.script(joined(runs), form)
     return rapid.module(joined(runs), form, motion.posture.branch)
+
+
+def _form(motion: PlannedMotion, target: str, head: list[str], name: str, frames: RobotFrames) -> TextForm:
+    """What a writer of straight moves is handed."""
+    robot = motion.problem.robot
+    names, unit = axis_names(robot), unit_frame(robot)
+    more = {"urscript": urscript.head(False), "rapid": rapid.head(names), "krl": krl.head(names)}[target]
+    there = frames._replace(work=inverse(unit) @ frames.work)
+    shown = krl.aggregate if target == "krl" else rapid.frame
+    lines, start = [*head, *more, *described_unit(robot, shown)], lifted(motion, 0)
+    return TextForm(name, lines, there, start, motion.problem.acceleration, names, axis_units(robot))
 
 
 def _parts(motion: PlannedMotion, runs: list[Blocks], name: str, deviation: float) -> list[Blocks]:

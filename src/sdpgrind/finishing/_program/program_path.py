@@ -45,10 +45,16 @@ class ProgramPath(ByValue):
     radii : array (k,)
         Length before each end at which a blend begins, mm. 0: exact.
     work, tool : array (4, 4)
-        Work in the base, contact in the flange, mm.
+        Work in the base, or in the frame of the unit that moves it; contact in the flange, mm.
     configuration : array (k, c)
         What the moves say about joints: quarters of a turn of axes 1, 4, 6 and the number of the branch
         (RAPID); status and turn (KRL).
+    unit : str
+        Unit that moves the work: its name (RAPID) or index (KRL); "": the work is at rest.
+    begun : array (e,)
+        External axes at the last of `approach`, as the text tells them: deg or mm, which it does not say.
+    axes : array (k, e)
+        External axes at the ends of straight moves, likewise in deg or mm.
     """
 
     target: str
@@ -66,6 +72,9 @@ class ProgramPath(ByValue):
     work: Floats = field(default_factory=lambda: np.eye(4))
     tool: Floats = field(default_factory=lambda: np.eye(4))
     configuration: Floats = field(default_factory=lambda: _none(0, 0))
+    unit: str = ""
+    begun: Floats = field(default_factory=lambda: _none(0))
+    axes: Floats = field(default_factory=lambda: _none(0, 0))
 
     def check(self, motion: PlannedMotion) -> MotionCheck:
         """Follow the moves and compare them with a motion, at ten places a move and densely along the motion.

@@ -17,6 +17,10 @@ _FORMS = (
     ("skip", re.compile(r"BAS\(#(?:INITMOV,0|VEL_PTP,\d+)\)|\$ORI_TYPE=#VAR|HALT")),
     ("acceleration", re.compile(rf"\$ACC\.CP=({_NUMBER})")),
     ("frame", re.compile(r"\$(TOOL|BASE)=\{(.*)\}")),
+    (
+        "coupled",
+        re.compile(r"\$(BASE)=EK\(MACHINE_DEF\[(\d+)\]\.ROOT,MACHINE_DEF\[(\d+)\]\.MECH_TYPE,\{(.*)\}\)"),
+    ),
     ("feed", re.compile(rf"\$VEL\.CP=({_NUMBER})")),
     ("distance", re.compile(rf"\$APO\.CDIS=({_NUMBER})")),
     ("joints", re.compile(r"PTP \{(.*)\}")),
@@ -95,7 +99,7 @@ def _statement(line: str, number: int) -> tuple[str, tuple[Any, ...]]:
 def _take(
     moves: Moves, values: dict[str, float], kind: str, groups: tuple[Any, ...], line: str, number: int
 ) -> None:
-    if kind == "frame" and moves.poses:
+    if kind in ("frame", "coupled") and moves.poses:
         raise ValueError(
             f"text must set ${groups[0]} before its straight moves, which all count in one; line {number}"
             " sets it again"
@@ -103,16 +107,33 @@ def _take(
     if kind == "frame":
         pose = _pose(_pairs(groups[1], line, number, "XYZABC"))
         setattr(moves, {"TOOL": "tool", "BASE": "work"}[groups[0]], pose)
+    elif kind == "coupled":
+        if groups[1] != groups[2]:
+            raise misread("KRL with one external kinematic", number, line)
+        moves.unit, moves.work = groups[1], _pose(_pairs(groups[3], line, number, "XYZABC"))
     elif kind in values:
         values[kind] = single([float(groups[0])])[0]
     elif kind == "joints":
-        found = _pairs(groups[0], line, number, [f"A{k}" for k in range(1, 7)])
+        found, axes = _with_axes(moves, groups[0], line, number, [f"A{k}" for k in range(1, 7)])
+        moves.begun.append(axes)
         moves.turn_joints(np.radians(list(found.values())))
     elif kind == "line":
-        found = _pairs(groups[0], line, number, "XYZABCST")
+        found, axes = _with_axes(moves, groups[0], line, number, "XYZABCST")
         radius = values["distance"] if groups[1] else 0.0
         bits = int(found["S"]), int(found["T"])
-        moves.line(_pose(found), _METRE * values["feed"], radius, bits)
+        moves.line(_pose(found), _METRE * values["feed"], radius, bits, axes)
+
+
+def _with_axes(
+    moves: Moves, text: str, line: str, number: int, wanted: Any
+) -> tuple[dict[str, float], list[float]]:
+    """Names and numbers of an aggregate, those of external axes apart, which only a moved work has."""
+    count = len(re.findall(r"\bE\d ", text))
+    if bool(count) != bool(moves.unit):
+        raise misread("KRL with external axes where $BASE is coupled by EK, and only there", number, line)
+    names = [f"E{k}" for k in range(1, count + 1)]
+    found = _pairs(text, line, number, [*wanted, *names])
+    return found, [found.pop(name) for name in names]
 
 
 def _pairs(text: str, line: str, number: int, wanted: Any) -> dict[str, float]:

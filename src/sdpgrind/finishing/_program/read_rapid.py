@@ -11,7 +11,7 @@ from sdpgrind.finishing._program.program_path import ProgramPath
 from sdpgrind.finishing._program.statements import Moves, misread, single
 
 _TOKEN = re.compile(r'\s*(\[|\]|,|TRUE|FALSE|"[^"]*"|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)')
-_OUTSIDE = 9e9  # source: RAPID, value of an axis that there is not
+_OUTSIDE, _AXES = 9e9, 6  # source: RAPID, value of an external axis that there is not; their number
 _HEADS = (
     ("name", re.compile(r"MODULE ([A-Za-z]\w*)")),
     ("tool", re.compile(r"PERS tooldata (\w+):=(.*);")),
@@ -19,6 +19,7 @@ _HEADS = (
     ("proc", re.compile(r"PROC (\w+)\(\)")),
     ("joints", re.compile(r"MoveAbsJ (\[.*\])\\NoEOffs,(\w+),(fine),(\w+)\\WObj:=(\w+);")),
     ("line", re.compile(r"MoveL (\[.*\]),v1000\\V:=([\d.]+),(fine|\[FALSE.*\]),(\w+)\\WObj:=(\w+);")),
+    ("unit", re.compile(r"ActUnit ([A-Za-z]\w*);")),
     ("skip", re.compile(r"ConfL\\On;|Stop;|ENDPROC")),
     ("end", re.compile(r"ENDMODULE")),
 )
@@ -56,31 +57,50 @@ def _take(
 ) -> None:
     if kind == "name":
         moves.name = groups[0]
-    elif kind in ("tool", "work"):
+    elif kind == "tool":
+        names[kind], data = groups[0], _aggregate(groups[1], line, number)
+        if not data[0]:
+            raise misread("RAPID with the tool on the robot", number, line)
+        moves.tool = _frame(data[1], line, number)
+    elif kind == "work":
         names[kind] = groups[0]
-        data = _aggregate(groups[1], line, number)
-        held, frame = (data[0], data[1]) if kind == "tool" else (not data[0], data[3])
-        if not held or (kind == "work" and _frame(data[4], line, number).tolist() != np.eye(4).tolist()):
-            raise misread("RAPID with the tool on the robot, the work at rest", number, line)
-        setattr(moves, kind, _frame(frame, line, number))
+        _take_work(moves, _aggregate(groups[1], line, number), line, number)
+    elif kind == "unit":
+        names[kind] = groups[0]
     elif kind in ("joints", "line"):
         if (names.get("tool"), names.get("work")) != groups[-2:]:
             raise misread("RAPID with one tool and one work object", number, line)
+        if moves.unit != names.get("unit", ""):
+            raise misread("RAPID in which the unit that moves the work is active, and no other", number, line)
         _move(moves, kind, groups, line, number)
     elif kind == "end":
         moves.ended = True
 
 
+def _take_work(moves: Moves, data: Any, line: str, number: int) -> None:
+    """Take a work object: at rest, or in the user frame of a unit, which the controller then sets."""
+    held, fixed, moves.unit = data[:3]
+    frames = [_frame(each, line, number) for each in data[3:5]]
+    still = frames[0 if moves.unit else 1]
+    if held or fixed is bool(moves.unit) or still.tolist() != np.eye(4).tolist():
+        raise misread("RAPID with the work at rest or on a unit, and one frame of it", number, line)
+    moves.work = frames[1 if moves.unit else 0]
+
+
 def _move(moves: Moves, kind: str, groups: tuple[Any, ...], line: str, number: int) -> None:
     data = _aggregate(groups[0], line, number)
-    if any(value != _OUTSIDE for value in data[-1]):
-        raise misread("RAPID without external axes", number, line)
+    axes = single([value for value in data[-1] if value != _OUTSIDE])
+    if len(data[-1]) != _AXES or any(value == _OUTSIDE for value in data[-1][: len(axes)]):
+        raise misread("RAPID with six external axes, those that are not there last", number, line)
+    if bool(axes) != bool(moves.unit):
+        raise misread("RAPID with external axes where a unit moves the work, and only there", number, line)
     if kind == "joints":
+        moves.begun.append(axes)
         moves.turn_joints(np.radians(single(data[0])))
         return
     zone = 0.0 if groups[2] == "fine" else single([_aggregate(groups[2], line, number)[1]])[0]
     feed, configuration = single([float(groups[1])])[0], tuple(int(value) for value in data[2])
-    moves.line(_frame(data[:2], line, number), feed, zone, configuration)
+    moves.line(_frame(data[:2], line, number), feed, zone, configuration, axes)
 
 
 def _frame(data: Any, line: str, number: int) -> Floats:

@@ -41,13 +41,23 @@ class Moves:
     feeds: list[float] = field(default_factory=list)
     radii: list[float] = field(default_factory=list)
     configuration: list[tuple[int, ...]] = field(default_factory=list)
+    unit: str = ""
+    begun: list[list[float]] = field(default_factory=list)
+    axes: list[list[float]] = field(default_factory=list)
 
     def turn_joints(self, joints: Floats) -> None:
         """Take a joint move, rad."""
         (self.retract if self.time or self.poses else self.approach).append(joints)
 
-    def line(self, pose: Floats, feed: float, radius: float, configuration: tuple[int, ...]) -> None:
-        """Take a straight move to a pose, mm, mm/s."""
+    def line(
+        self,
+        pose: Floats,
+        feed: float,
+        radius: float,
+        configuration: tuple[int, ...],
+        axes: list[float] | None = None,
+    ) -> None:
+        """Take a straight move to a pose, mm, mm/s, with external axes as told, deg or mm."""
         if not self.approach:
             raise ValueError("text must begin by a move of the joints; a straight one comes first")
         if feed <= 0.0 or radius < 0.0:
@@ -58,6 +68,12 @@ class Moves:
         self.feeds.append(feed)
         self.radii.append(radius)
         self.configuration.append(configuration)
+        self.axes.append(axes or [])
+        if len(self.axes[-1]) != len(self.begun[-1] if self.begun else []):
+            raise ValueError(
+                f"text must name the same external axes in every move; move {len(self.axes)} has"
+                f" {len(self.axes[-1])}"
+            )
 
     def stream(self, joints: Floats, step: float, number: int) -> None:
         """Take joints, rad, that are reached a step (s) later."""
@@ -94,4 +110,7 @@ class Moves:
             configuration=np.array(self.configuration, dtype=float).reshape(len(poses), -1)
             if len(poses)
             else np.empty((0, 0)),
+            unit=self.unit,
+            begun=np.array(self.begun[-1] if self.begun else []),
+            axes=np.array(self.axes, dtype=float).reshape(len(poses), -1) if len(poses) else np.empty((0, 0)),
         )

@@ -36,6 +36,8 @@ class WorkAxis(Protocol):
     def candidates(self) -> tuple[float, ...]: ...
     @property
     def around(self) -> bool: ...
+    @property
+    def frame(self) -> Floats: ...
     def motions(self, values: Floats) -> Floats: ...
     def drift(self, poses: Floats) -> Floats: ...
 
@@ -108,6 +110,11 @@ class Turntable(Described):
             return _spread(self, self.angles)
         middle, count = 0.5 * (self.position_min + self.position_max), self.angles
         return tuple(middle + 2 * math.pi / count * (k - count // 2) for k in range(count))
+
+    @property
+    def frame(self) -> Floats:
+        """Frame (4, 4) in the base with all axes at zero: `origin`, z along the axis; mm."""
+        return _upright(self.origin, self.axis)
 
     def motions(self, values: Any) -> Floats:
         """Return the rigid motions of the work from its place at zero, (..., 4, 4), mm.
@@ -205,6 +212,11 @@ class LinearTable(Described):
         """Positions that the planner chooses from, mm."""
         return self.positions if isinstance(self.positions, tuple) else _spread(self, self.positions)
 
+    @property
+    def frame(self) -> Floats:
+        """Frame (4, 4) in the base with all axes at zero: that of the base, z along the direction; mm."""
+        return _upright((0.0, 0.0, 0.0), self.direction)
+
     def motions(self, values: Any) -> Floats:
         """Return the rigid motions of the work from its place at zero, (..., 4, 4), mm.
 
@@ -229,6 +241,16 @@ class LinearTable(Described):
         out = np.zeros((*poses.shape[:-2], 6))
         out[..., :3] = -np.array(self.direction)
         return out
+
+
+def _upright(origin: tuple[float, ...], axis: tuple[float, ...]) -> Floats:
+    """Frame at a place, z along an axis: the base by the shortest turn; one below is turned about x first."""
+    up = math.copysign(1.0, axis[2])
+    x, y, z = (up * value for value in axis)
+    skew, out = _crossed(np.array([-y, x, 0.0])), np.eye(4)
+    out[:3, :3] = (np.eye(3) + skew + skew @ skew / (1.0 + z)) @ np.diag([1.0, up, up])
+    out[:3, 3] = origin
+    return out
 
 
 def _crossed(axis: Floats) -> Floats:

@@ -232,6 +232,23 @@ class MountedRobot(Described):
             slopes = np.concatenate([turn @ slopes[..., :3, :], turn @ slopes[..., 3:, :]], axis=-2)
         return slopes
 
+    def ways(self, joints: npt.ArrayLike, shift: Floats) -> Floats:
+        """Return the ways (..., e) of the work at the tool per rad, or mm, of each axis, mm.
+
+        Parameters
+        ----------
+        joints : array_like (..., n)
+            Joints, rad or mm.
+        shift : array (4, 4)
+            The place in the frame of the tool, mm.
+        """
+        own, values = self._split(joints)
+        poses, out = self.robot.forward_work(own) @ shift, np.empty(values.shape)
+        for k, axis in enumerate(self.axes):
+            out[..., k] = np.linalg.norm(axis.drift(poses)[..., :3], axis=-1)
+            poses = _back(axis.motions(values[..., k]), poses)
+        return out
+
     def solutions(self, poses: npt.ArrayLike) -> Floats:
         """Return the joints of every branch of the robot at all candidates of the axes.
 
@@ -301,6 +318,10 @@ def mounted(robot: Robot, **axes: Turntable | LinearTable) -> MountedRobot:
     path from their candidates, together with the branch of the robot, and makes them smooth; or holds them
     where that is faster. The time that the choice takes grows by the square of the number of candidates,
     those of all axes and turns of the tool multiplied.
+
+    Programs in "csv" and "ros" tell the axes as joints; in "rapid" and "krl" they are external axes of a unit
+    that moves the work object, coordinated with the robot. In RAPID the unit has the name of the last axis,
+    on which the work lies.
 
     Parameters
     ----------

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from sdpgrind.base.preset_info import PresetInfo
 from sdpgrind.base.units import deg
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._links import of_frames
+from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._serial import SerialRobot
 
 ACCELERATION, JERK = 10.0, 100.0  # rad/s^2, rad/s^3; chosen: no data sheet has them
@@ -75,6 +77,32 @@ _PRESETS: dict[str, tuple[Callable[[], Arm | SerialRobot], str, str, str]] = {
         f"the lever that couples axis 3 to axis 2 is left out, as in the source; {_ASSUMED}",
     ),
 }
+
+
+class KnownMaker(NamedTuple):
+    """Model of a robot, its maker, and the target of programs that its controller takes."""
+
+    robot: str
+    maker: str
+    language: str
+
+
+_MAKERS = {
+    "ur10": KnownMaker("UR10", "Universal Robots", "urscript"),
+    "irb2400": KnownMaker("IRB 2400", "ABB", "rapid"),
+}
+
+
+def maker_of(robot: Robot) -> KnownMaker | None:
+    """Return the maker of a robot whose links are those of a preset; None: it is not known."""
+    if not isinstance(robot, SerialRobot):
+        return None
+    for name, maker in _MAKERS.items():
+        made = _PRESETS[name][0]()
+        assert isinstance(made, SerialRobot)  # of those whose maker is known
+        if np.array_equal(made.links, robot.links):
+            return maker
+    return None
 
 
 def robot(name: str) -> Arm | SerialRobot:
