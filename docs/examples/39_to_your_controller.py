@@ -136,6 +136,12 @@ with TemporaryDirectory() as folder:
 #    [robot]
 #    preset = "ur10"              # or urdf = "cell.urdf", base, tip, acceleration_max
 #    tool_length = "150 mm"
+#    [robot.turntable]            # likewise [robot.rail]; of both the first in the file stands in the base
+#    name = "STN_1"
+#    origin = [650, 0, 80]
+#    speed_max = "10 rpm"
+#    acceleration_max = 5         # rad/s^2
+#    jerk_max = 50                # rad/s^3
 #    [tool]
 #    placement = [650, -25, 100]         # or "search", in a placement_box = [[x, y, z], [x, y, z]] or anywhere
 #    [program]

@@ -429,6 +429,7 @@ name = "face1"
 """
 
 
+@pytest.mark.filterwarnings("ignore:.* is not the language of the")
 @pytest.mark.parametrize(
     ("target", "file"), [("urscript", "face1.script"), ("rapid", "face1.mod"), ("krl", "face1.src"), ("csv", "face1.csv")]
 )  # fmt: skip

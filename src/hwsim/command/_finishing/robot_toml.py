@@ -1,8 +1,9 @@
-"""The robot of a finishing job: a preset or a URDF file, and the tool in its flange."""
+"""The robot of a finishing job: a preset or a URDF file, the tool in its flange, axes under the work."""
 
 from pathlib import Path
 from typing import Any
 
+from hwsim.command._finishing.axes_toml import axes_of
 from hwsim.command._toml import Table
 from sdpgrind import finishing
 
@@ -16,13 +17,13 @@ def robot_of(table: Table, folder: Path) -> finishing.Robot:
         raise ValueError(f"[{table.name}] must have a preset ({', '.join(names)}) or a urdf, one of them")
     preset = table.text("preset", names) if table.has("preset") else None
     robot = _of_urdf(table, folder) if preset is None else finishing.robot(preset)
-    tool = _tool(table, getattr(robot, "flange_axis", "z"))
+    tool, axes = _tool(table, getattr(robot, "flange_axis", "z")), axes_of(table)
     table.done()
-    if tool is None:
-        return robot
-    if not isinstance(robot, finishing.SerialRobot):
-        raise ValueError(f"{table.path('tool_length')} must be left out for a robot without a flange")
-    return table.made(robot.replace, tool=tool)
+    if tool is not None:
+        if not isinstance(robot, finishing.SerialRobot):
+            raise ValueError(f"{table.path('tool_length')} must be left out for a robot without a flange")
+        robot = table.made(robot.replace, tool=tool)
+    return table.made(finishing.arm.mounted, robot, **axes) if axes else robot
 
 
 def _of_urdf(table: Table, folder: Path) -> finishing.SerialRobot:

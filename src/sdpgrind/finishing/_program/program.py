@@ -180,13 +180,13 @@ def program_of(
 ) -> MotionProgram:
     """Write a motion as a program after a check of the arguments, see `Motion.program`."""
     allowed = check_options(target, deviation=deviation, name=name, timing=timing, date=date)
-    _warn_of_maker(motion, target)
     _check_spin(motion)
     head = list(_head(motion, target, allowed, name, date))
     if target in _OVER_TIME:
         return (_table if target == "csv" else _trajectory)(motion, head, allowed, name)
     _check_robot(motion, target)
     _check_axes(motion, target, name)
+    _warn_of_maker(motion, target)
     text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
     return MotionProgram(text, allowed, target, name, motion)
 
@@ -246,7 +246,7 @@ def _check_robot(motion: PlannedMotion, target: str) -> None:
 def _warn_of_maker(motion: PlannedMotion, target: str) -> None:
     """Warn of a language that is not that of a robot whose maker is known."""
     known = maker_of(alone(motion.problem.robot))
-    if known is not None and target not in (known.language, *_OVER_TIME):
+    if known is not None and target != known.language:
         warn(
             f"{target} is not the language of the {known.robot} of {known.maker}, whose controller takes"
             f" {known.language}"
