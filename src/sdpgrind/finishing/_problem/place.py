@@ -14,6 +14,7 @@ from sdpgrind.finishing._problem.joint_runs import PostureError, check_ends, pos
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._spin_states import spins_of
+from sdpgrind.finishing.placement._carried import compared
 from sdpgrind.finishing.placement._grid import FREE, above_base, grid, in_base, on_work, sifted
 from sdpgrind.finishing.placement._placement import Placement
 from sdpgrind.finishing.placement._proof import Proof
@@ -41,9 +42,14 @@ def place(
     refined, 20 of them at most. The placement is the first by rank that takes the robot along the whole path.
     Time laws are left to `plan`. **Collisions are not looked at.**
 
+    Where axes carry the work (`mounted`) they stay where they are, and searched is how the work lies on them,
+    in the box that they offer: its origin in the base with the axes at zero, its turn about z, the azimuth.
+    At each pose the axes take the best of some of their candidates.
+
     A proof is a necessary condition that fails for every origin, turn and azimuth, with its numbers: travel
-    of a table or of the wrist ("span", "height"), distance from the first axis ("reach"). Where there is
-    neither a proof nor a placement, the answer is "not found", not "impossible".
+    of a table or of the wrist ("span", "height"), distance from the first axis ("reach"). With axes under the
+    work "reach" alone is looked at, for all that they travel, and only where turntables are upright. Where
+    there is neither a proof nor a placement, the answer is "not found", not "impossible".
 
     Parameters
     ----------
@@ -53,7 +59,7 @@ def place(
         Two opposite corners, mm, the lesser first, between which the origin of the surface may lie in the
         base; equal coordinates hold it. Default: wherever the robot reaches, for robots with an upright first
         axis straight ahead of it (their first joint turns the work around), and below z = 0 of the base only
-        if nothing is found above.
+        if nothing is found above. Needed where axes carry the work.
     progress : callable(share, text), True or None
         True: a line with the time left. Default: a line on standard error when it takes long.
 
@@ -65,8 +71,8 @@ def place(
     Raises
     ------
     ValueError
-        When the box is not two corners (mm), a heading "feed_aligned" meets sharp corners of the path, or
-        axes carry the work (`mounted`).
+        When the box is not two corners (mm) or missing, or a heading "feed_aligned" meets sharp corners of
+        the path.
 
     Examples
     --------
@@ -79,10 +85,10 @@ def place(
     """
     assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
-    if isinstance(problem.robot, MountedRobot):
+    if isinstance(problem.robot, MountedRobot) and box is None:
         raise ValueError(
-            "robot must be one whose work no axis carries, as where it lies on them is yours to say; give"
-            f" placement (mm), with {', '.join(problem.robot.axis_names)} at zero"
+            "box must be given where axes carry the work: the corners between which its origin may lie on"
+            f" them (mm), with {', '.join(problem.robot.axis_names)} at zero; got None"
         )
     sides = _sides(box)
     progress(0.0, "conditions that every placement must fulfil")
@@ -106,11 +112,11 @@ def _refuse_corners(problem: FinishingProblem) -> None:
 
 
 def placing_task(problem: FinishingProblem) -> PlacingTask:
-    """Return contacts at the nodes of the path, tool and robot."""
+    """Return contacts at the nodes of the path, tool and robot; of axes under the work some candidates."""
     hold = ToolHold(
         problem.contact_angle, problem.lever_arm, problem.heading, problem.pushed, _spins(problem)
     )
-    return task_of(problem.robot, problem.path.sample(per_leg=1), hold)
+    return task_of(compared(problem.robot), problem.path.sample(per_leg=1), hold)
 
 
 def _spins(problem: FinishingProblem) -> tuple[float, ...]:
@@ -179,7 +185,7 @@ def worth_of(problem: FinishingProblem) -> float:
     assert problem.placement is not None
     x, y, z, *turn = problem.placement
     angle = turn[0] if turn else 0.0
-    task = placing_task(problem)
+    task = placing_task(problem)._replace(robot=problem.robot)
     azimuth = on_work(problem.azimuth, angle)
     row = PlacementRows(np.array([[x, y, z]]), np.array([angle]), np.array([azimuth]))
     there = ((x, x), (y, y), (z, z))  # a table stays where it is

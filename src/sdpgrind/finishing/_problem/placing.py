@@ -21,7 +21,7 @@ def placed_for(problem: FinishingProblem, progress: Progress) -> tuple[Finishing
     if isinstance(problem.robot, MountedRobot):
         raise ValueError(
             "placement must be given where axes carry the work: x, y, z (mm) with the axes at zero, and a"
-            " turn about z (rad); got None"
+            " turn about z (rad); finishing.place searches one in a box; got None"
         )
     found = place(problem, progress=portion(progress, 0.0, PLACE_SHARE))
     if not found.found:
@@ -42,7 +42,7 @@ def _refusal(found: Placement) -> str:
 def what_place_would(problem: FinishingProblem) -> str:
     """Return in words what `place` would do about a placement that fails."""
     if isinstance(problem.robot, MountedRobot):
-        return "more candidates of the axes, or other limits of theirs, may do"
+        return "more candidates of the axes, or other limits, may do; finishing.place searches in a box"
     proof = quick_proof(problem)
     if proof is not None:
         return f"no placement would do: {proof}"

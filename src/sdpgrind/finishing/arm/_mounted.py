@@ -89,9 +89,10 @@ class MountedRobot(Described):
         for name in self.axis_names:
             if name in _TAKEN:
                 raise ValueError(f"name of an axis must not be that of another freedom; got {name!r}")
-        count = math.prod(len(axis.candidates) for axis in self.axes)
-        if count > MOST:
-            raise ValueError(f"candidates of the axes must be at most {MOST} together; got {count}")
+        if self.combinations > MOST:
+            raise ValueError(
+                f"candidates of the axes must be at most {MOST} together; got {self.combinations}"
+            )
         jerks = [self.robot.jerk_max, *(axis.jerk_max for axis in self.axes)]
         if len({jerk is None for jerk in jerks}) > 1:
             lacks = [
@@ -150,6 +151,11 @@ class MountedRobot(Described):
         """Freedoms that a pose leaves, rad or mm: a position of each axis, then those of the robot."""
         each = zip(self.axis_names, self.axes, strict=True)
         return (*(Redundancy(name, axis.candidates) for name, axis in each), *self.robot.redundancy)
+
+    @property
+    def combinations(self) -> int:
+        """Number of combinations of the axes' candidates."""
+        return math.prod(len(axis.candidates) for axis in self.axes)
 
     def _split(self, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Joints of the robot (..., n - e), and positions of the axes (..., e)."""

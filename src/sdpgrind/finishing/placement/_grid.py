@@ -8,12 +8,13 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress
 from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.placement._azimuths import ranges
 from sdpgrind.finishing.placement._reach import reach_of
 from sdpgrind.finishing.placement._table import wrist_heights, wrist_travels
 from sdpgrind.finishing.placement._task import PlacingTask
-from sdpgrind.finishing.placement._worth import PlacementRows, Sides, rated
+from sdpgrind.finishing.placement._worth import PlacementRows, Sides, rated, stations
 
 STEP = 50.0  # mm, chosen (spec): distance of the origins of the grid
 TURNS = 8  # chosen (spec): turns of the work, and azimuths of the tool
@@ -65,7 +66,9 @@ def _origins(task: PlacingTask, sides: Sides, turn: float) -> Floats:
         return np.column_stack([np.zeros((len(heights), 2)), heights])
     reach = reach_of(robot)
     if np.isfinite(sides).all():
-        return _mesh([_line(*side) for side in sides], ORIGINS_MAX if reach else FEW_ORIGINS)
+        known = reach is not None or isinstance(robot, MountedRobot)
+        most = ORIGINS_MAX // stations(robot) if known else FEW_ORIGINS
+        return _mesh([_line(*side) for side in sides], most)
     centre = task.point.mean(axis=0)
     c, s = math.cos(turn), math.sin(turn)
     centre = np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1], centre[2]])

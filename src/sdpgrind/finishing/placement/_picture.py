@@ -8,9 +8,10 @@ import numpy as np
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot, angular
 from sdpgrind.finishing.arm._serial import SerialRobot
-from sdpgrind.finishing.placement._worth import _margins, _turned
+from sdpgrind.finishing.placement._worth import _margins, _turned, stations
 
 if TYPE_CHECKING:
     from sdpgrind.finishing.placement._placement import Placement
@@ -65,6 +66,8 @@ def _along(problem: Any) -> tuple[Floats, Floats]:
 def _joints(robot: Robot, poses: Floats) -> Floats:
     """Joints (m, n) along the poses in the branch of widest margin; NaN where a pose is out of reach."""
     found = robot.solutions(poses)
+    if isinstance(robot, MountedRobot):
+        found = _carried(robot, found)
     joints: Floats = found[:, int(_margins(robot, found[None])[0].argmax())].copy()
     turning = np.flatnonzero(angular(robot))
     known = ~np.isnan(joints).any(axis=1)
@@ -72,10 +75,19 @@ def _joints(robot: Robot, poses: Floats) -> Floats:
     return joints
 
 
+def _carried(robot: MountedRobot, found: Floats) -> Floats:
+    """Joints (m, b, n) of every branch with the axes where their margin is widest at each pose."""
+    each = found.reshape(len(found), stations(robot), -1, found.shape[2])
+    worth = _margins(robot, found[:, None]).reshape(each.shape[:3])
+    best: Floats = np.take_along_axis(each, worth.argmax(axis=1)[:, None, :, None], axis=1)[:, 0]
+    return best
+
+
 def _draw_view(axis: Any, problem: Any, joints: Floats, tips: Floats, up: int) -> None:
     """Draw robot and path over x and one other axis of the base."""
     robot: Robot = problem.robot
-    table = ", table at zero" if isinstance(robot, Arm) else ""
+    carried = isinstance(robot, MountedRobot)
+    table = ", table at zero" if isinstance(robot, Arm) else ", axes at zero" if carried else ""
     known = joints[~np.isnan(joints).any(axis=1)]
     for k in np.linspace(0, len(known) - 1, min(LIMBS, len(known))).round().astype(int):
         pose = robot.forward(known[k])
@@ -91,6 +103,8 @@ def _draw_view(axis: Any, problem: Any, joints: Floats, tips: Floats, up: int) -
 
 def _bones(robot: Robot, joints: Floats) -> Floats:
     """Points (k, 3) on the robot from the base to the tool, mm; of a kind that is not known, both ends."""
+    if isinstance(robot, MountedRobot):
+        return _bones(robot.robot, joints[: len(robot.robot.names)])
     if isinstance(robot, SerialRobot):
         return _bones_of_chain(robot, joints)
     tool = robot.forward(joints)[:3, 3]

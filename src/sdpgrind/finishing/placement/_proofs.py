@@ -9,7 +9,9 @@ from functools import partial
 from typing import NamedTuple
 
 from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.placement._box import height_from_box, table_from_box, wrist_from_box
+from sdpgrind.finishing.placement._carried import swept_sides
 from sdpgrind.finishing.placement._grid import FREE
 from sdpgrind.finishing.placement._proof import Condition, Proof, Shortfall, failing
 from sdpgrind.finishing.placement._reach import Reach, ball_needed, reach_of
@@ -50,10 +52,22 @@ def _rules(task: PlacingTask, sides: Sides) -> list[_ProofRule]:
         if task.hold.spins and len(robot.wrist_radii) > 1:
             return []  # the radius varies along the path
         return _of_table(robot) + (_of_table_in_box(robot, sides) if boxed else [])
+    if isinstance(robot, MountedRobot):
+        return _of_carried(robot, sides)
     reach = reach_of(robot)
     if reach is None:
         return []
     return [_of_reach(reach)] + ([_of_reach_in_box(reach, sides)] if boxed else [])
+
+
+def _of_carried(robot: MountedRobot, sides: Sides) -> list[_ProofRule]:
+    """Conditions where axes carry the work: each contact may be reached with the axes elsewhere."""
+    reach, swept = reach_of(robot.robot), swept_sides(robot, sides)
+    if reach is None or swept is None or sides == FREE:
+        return []
+    rule = _of_reach_in_box(reach, swept)
+    moved = rule.sentence.replace("in the box,", "in the box and the axes anywhere,")
+    return [rule._replace(sentence=moved)]
 
 
 def _of_table(arm: Arm) -> list[_ProofRule]:

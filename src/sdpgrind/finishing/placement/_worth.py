@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot, middle
 from sdpgrind.finishing.placement._task import PlacingTask
 
@@ -43,12 +44,13 @@ def rated(task: PlacingTask, rows: PlacementRows, sides: Sides) -> Rating:
 
     The worth is the least, over the poses, of two shares: the distance of the joints from their limits over
     their range, and the distance from singular poses; of the branch in which it is greatest. Below 0: a joint
-    is beyond its limit, or poses are out of reach. A tool that may spin takes the best turn at each pose.
-    Tables take the origin with the widest margin: that of `rows` counts along z only.
+    is beyond its limit, or poses are out of reach. A tool that may spin takes the best turn at each pose,
+    axes that carry the work their best candidates. Tables of an arm take the origin with the widest margin:
+    that of `rows` counts along z only.
     """
     poses = {azimuth: _poses(task, azimuth) for azimuth in np.unique(rows.azimuth).tolist()}
-    spins = max(1, len(task.hold.spins))
-    many, worth = max(1, AT_ONCE // (spins * len(task.point))), np.empty(len(rows.turn))
+    free = _free(task)
+    many, worth = max(1, AT_ONCE // (free * len(task.point))), np.empty(len(rows.turn))
     origin = rows.origin.copy()
     for begin in range(0, len(worth), many):
         part = slice(begin, begin + many)
@@ -75,14 +77,25 @@ def _rate(task: PlacingTask, poses: Floats, turn: Floats, origin: Floats, sides:
         turned[:, :, :2, 3] += origin[:, None, :2]
     count, number = turned.shape[:2]
     found = robot.solutions(turned.reshape(-1, 4, 4))
-    joints = found.reshape(count, number, found.shape[1], -1)
+    each = stations(robot)
+    joints = found.reshape(count, number * each, found.shape[1] // each, -1)
     if isinstance(robot, Arm):
         joints, shift = _centred(robot, joints, sides)
-    margin = _margins(robot, joints, max(1, len(task.hold.spins)))
+    margin = _margins(robot, joints, _free(task))
     best = margin.argmax(axis=1)
     if isinstance(robot, Arm):
         origin[:, :2] = shift[np.arange(count), best]
     return np.where(wrong, LOST - 2.0, margin[np.arange(count), best])
+
+
+def stations(robot: Robot) -> int:
+    """Return the number of places at which axes that carry the work may have it; 1: there are none."""
+    return robot.combinations if isinstance(robot, MountedRobot) else 1
+
+
+def _free(task: PlacingTask) -> int:
+    """Turns of the tool times places of the work, of which each pose takes the best."""
+    return max(1, len(task.hold.spins)) * stations(task.robot)
 
 
 def _turned(poses: Floats, turn: Floats) -> Floats:
@@ -111,7 +124,7 @@ def _centred(arm: Arm, joints: Floats, sides: Sides) -> tuple[Floats, Floats]:
 
 
 def _margins(robot: Robot, joints: Floats, spins: int = 1) -> Floats:
-    """Worth of every branch, (k, b), of joints (k, p spins, b, n)."""
+    """Worth of every branch, (k, b), of joints (k, p spins, b, n); `spins`: places of the work among them."""
     lost: Bools = np.asarray(np.isnan(joints).any(axis=3))
     known = np.where(lost[..., None], middle(robot), joints)
     low, high = np.array(robot.position_min), np.array(robot.position_max)
