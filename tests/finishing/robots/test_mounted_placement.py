@@ -15,7 +15,7 @@ from sdpgrind.finishing.placement._task import spread
 UPRIGHT = TABLE.replace(axis=(0, 0, 1))
 TURNED = UPRIGHT.replace(angles=(-0.45, -0.15, 0.15, 0.45))
 DIE = finishing.hilbert(finishing.surface.nominal_surface(), 1)
-BOX = [(1020.0, -30.0, 280.0), (1080.0, 30.0, 320.0)]
+BOX = [(1020.0, 0.0, 300.0), (1080.0, 0.0, 300.0)]
 FAR = [(2800.0, -100.0, 0.0), (2900.0, 100.0, 100.0)]
 """Beyond 1.3 m of the robot and 0.4 m of the rail, and 1.75 m from the axis of the turntable."""
 

@@ -154,7 +154,7 @@ class MountedRobot(Described):
 
     @property
     def combinations(self) -> int:
-        """Number of combinations of the axes' candidates."""
+        """Number of combinations of the axes' candidates, unit 1."""
         return math.prod(len(axis.candidates) for axis in self.axes)
 
     def _split(self, joints: npt.ArrayLike) -> tuple[Floats, Floats]:

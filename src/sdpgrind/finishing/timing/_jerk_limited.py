@@ -85,19 +85,19 @@ def _by_program(given: LimitedRun, first: TimeLaw, turn: float) -> TimeLaw:
 def _by_nodes(given: LimitedRun, first: TimeLaw, turn: float) -> TimeLaw:
     """Law by interior points on two meshes."""
     spread, start = min(turn, first.duration), float(given.run.length[0])
-    step = FIRST * _step(given, first.duration, turn)
+    step = FIRST * time_step(given, first.duration, turn)
     guess = averaged(first, spread, int(np.ceil((first.duration + spread) / step)))
-    kept = _distinct(guess.length)
+    kept = distinct(guess.length)
     nodes = guess.length[kept] - start
     mesh, places = squared_feed(nodes), greville(nodes)
     rows = rows_of(given, mesh, np.ones((3, nodes.size - 1)))
     c = improved(mesh, rows, coefficients(np.interp(places, nodes, guess.feed[kept])), ROUGH)
     law = law_of(start, mesh, c)
-    nodes = _nodes(law, _used(given, law), _step(given, law.duration, turn))
+    nodes = _nodes(law, _used(given, law), time_step(given, law.duration, turn))
     return _narrowed(given, nodes, law.at(law.time_at(start + greville(nodes))).feed)
 
 
-def _step(given: LimitedRun, duration: float, turn: float) -> float:
+def time_step(given: LimitedRun, duration: float, turn: float) -> float:
     """Time between nodes, s, before they are set denser where that is needed."""
     most = max(MOST, EACH * given.run.pieces.breaks.size)
     return max(min(FINE * turn, duration / LEAST), duration / most)
@@ -138,11 +138,11 @@ def _nodes(law: TimeLaw, used: Floats, step: float) -> Floats:
     # On a coarse mesh the feed may fall below 0 within an interval, and places go back.
     nodes = np.clip(np.maximum.accumulate(nodes), 0.0, law.end - law.length[0])
     nodes[0], nodes[-1] = 0.0, law.end - law.length[0]
-    kept: Floats = nodes[_distinct(nodes)]
+    kept: Floats = nodes[distinct(nodes)]
     return kept
 
 
-def _distinct(nodes: Floats) -> Bools:
+def distinct(nodes: Floats) -> Bools:
     """Which nodes to keep: both ends, and others that are not too near to one before or to an end."""
     near = NEAR * (nodes[-1] - nodes[0])
     inner = (np.diff(nodes)[:-1] > near) & (nodes[1:-1] - nodes[0] > near) & (nodes[-1] - nodes[1:-1] > near)

@@ -1,5 +1,6 @@
 """A time law: arc length over time, in pieces of constant jerk."""
 
+import math
 from dataclasses import KW_ONLY
 from typing import Any, NamedTuple
 
@@ -52,6 +53,9 @@ class TimeLaw(Described, ByValue):
         Duration over that without limits of the joints, unit 1; 1 also where it is not known.
     status : str
         Why this is not the law that was asked for; empty where it is.
+    gap : float
+        Estimate of the share of the duration that the fastest law near this one may save, unit 1; local, so
+        that it says nothing about laws elsewhere (see `lower_bound`). inf: it is not known; see `time_laws`.
 
     Raises
     ------
@@ -75,6 +79,7 @@ class TimeLaw(Described, ByValue):
     _: KW_ONLY
     slowed: float = quantity("1", above=0, default=1.0)
     status: str = text(default="")
+    gap: float = custom(lambda name, value: _gap(name, value), "1", default=math.inf)
 
     def _check(self) -> None:
         self._check_shapes()
@@ -172,8 +177,20 @@ class TimeLaw(Described, ByValue):
         f = checks.number("factor", factor)
         if f < 1:
             raise checks.refuse("factor", ">= 1", f)
+        gap = 1 - (1 - self.gap) / f
         scaled = (self.knots * f, self.length, self.feed / f, self.acceleration / f**2, self.jerk / f**3)
-        return TimeLaw(*scaled, slowed=self.slowed * f, status=self.status)
+        return TimeLaw(*scaled, slowed=self.slowed * f, status=self.status, gap=gap)
+
+    def __repr__(self) -> str:
+        return super().__repr__().replace("gap=", "local gap=")
+
+
+def _gap(name: str, value: Any) -> float:
+    """Check a share of the duration, inf where it is not known."""
+    number = float(value)
+    if math.isnan(number) or number < 0:
+        raise checks.refuse(name, ">= 0, or inf where it is not known", value)
+    return number
 
 
 def advanced(t: Any, s: Any, v: Any, a: Any, j: Any) -> tuple[Any, Any, Any]:

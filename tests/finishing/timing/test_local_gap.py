@@ -1,0 +1,70 @@
+"""The local gap of a law: no less than what laws with two and four times the nodes save, whatever made the law."""
+
+import math
+
+import numpy as np
+import pytest
+from finishing_inside import LimitedRun, fastest_law, jerk_limited
+from timing_paths import SMOOTH, line, part, wavy
+
+from sdpgrind.base.stored import decode, encode
+from sdpgrind.finishing.timing import JointLimits, time_laws
+
+JERKY = SMOOTH.replace(jerk_max=(80.0,) * 5 + (2e4,) * 2)
+RUNS = {
+    "short": (part(wavy(1), 8.0, 9.6), SMOOTH, 25.0),
+    "smooth": (wavy(1), SMOOTH, 25.0),
+    "jerky": (wavy(20, 60.0, 121), JERKY, 100.0),
+    **{f"fast {seed}": (wavy(seed), SMOOTH, 200.0) for seed in (5, 6, 7)},
+}
+
+
+def law_of(run, limits, feed, **options):
+    return time_laws([run], limits, feed_rate=feed, method="min_time", **options)[0]
+
+
+def finer(monkeypatch, given, times):
+    """Law by interior points with so many times the nodes."""
+    with monkeypatch.context() as changed:
+        changed.setattr(jerk_limited, "FINE", jerk_limited.FINE / times)
+        for name in ("LEAST", "MOST"):
+            changed.setattr(jerk_limited, name, times * getattr(jerk_limited, name))
+        turn = 2 * float(np.max(given.limits.table[1] / given.limits.table[2]))
+        law = jerk_limited._by_nodes(given, fastest_law(given, gain=jerk_limited.COARSE), turn)
+        return jerk_limited.within(given, law)
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_it_is_no_less_than_what_finer_laws_save(name, monkeypatch):
+    """And no more than 1 % of the time on these runs."""
+    run, limits, feed = RUNS[name]
+    law = law_of(run, limits, feed, gap=True)
+    every = (2, 4) if name == "short" else (2,)
+    best = min(finer(monkeypatch, LimitedRun(run, limits, feed), times).duration for times in every)
+    assert law.duration - best <= law.gap * law.duration <= 0.01 * law.duration
+    assert law.duration == law_of(run, limits, feed).duration and f"local gap={law.gap:.3g}"[:14] in repr(law)
+
+
+def test_a_law_that_is_slowed_has_a_gap_that_says_so():
+    """A tenth slower: a tenth of the time more to save; the fastest one may take as long as before."""
+    run, limits, feed = RUNS["short"]
+    law = law_of(run, limits, feed, gap=True)
+    slow = law.slower(1.1)
+    assert slow.duration * (1 - slow.gap) == pytest.approx(law.duration * (1 - law.gap))
+    assert slow.gap > 0.09 and decode(encode(slow)) == slow
+
+
+def test_where_it_is_known_and_where_not():
+    limits = JointLimits(["X"], speed_max=[25.0], acceleration_max=[500.0], jerk_max=[2e4])
+    assert law_of(line(2.0), limits, 20.0, gap=True).gap == 0.0  # seven pieces are the fastest law
+    law = law_of(line(2.0), limits, 20.0)
+    assert law.gap == math.inf == law.slower(2.0).gap and decode(encode(law)) == law
+    for method, given in (("trapezoid", limits), ("min_time", limits.replace(jerk_max=None))):
+        with pytest.raises(
+            ValueError, match="gap must be False but for method='min_time' with limits of jerk"
+        ):
+            time_laws([line(2.0)], given, feed_rate=20.0, method=method, gap=True)
+    with pytest.raises(TypeError, match="gap must be"):
+        law_of(line(2.0), limits, 20.0, gap=1)
+    with pytest.raises(ValueError, match="gap must be >= 0, or inf where it is not known"):
+        law.replace(gap=math.nan)
