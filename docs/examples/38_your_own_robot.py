@@ -150,13 +150,19 @@ print(dict(zip(carried.problem.robot.names, np.ptp(carried.joints, axis=0).round
 carried.plot()
 
 # %%
-# Programs that keep the time, ``"csv"`` and ``"ros"``, tell all joints; the others refuse, as their moves know the work at rest.
-# ``place`` refuses, too: where the work lies on the turntable is yours to say. So that a path once more in the same direction is
-# possible, a turntable has limits of a turn either way unless you give others.
+# Programs that keep the time, ``"csv"`` and ``"ros"``, tell all joints. In ``"rapid"`` and ``"krl"`` the turntable is an external
+# axis that moves the work object (:ref:`sphx_glr_examples_39_to_your_controller.py`). So that a path once more in the same
+# direction is possible, a turntable has limits of a turn either way unless you give others.
 check = carried.program("ros", name="shaft").check()
 print(
     f"program: {check.deviation:.1g} mm off, joint speeds {100 * check.joint_speed_excess:+.0f} % of their limits"
 )
+
+# %%
+# How the work should lie on the turntable ``place`` searches in a box that the turntable offers: origin, turn about z and azimuth,
+# with the axes at zero, while at each pose they take the best of their candidates. Where the turntable stands is yours to say.
+offered = [(1040.0, -10.0, 290.0), (1060.0, 0.0, 310.0)]
+print(finishing.place(carried.problem.replace(placement=None), box=offered))
 
 # %%
 # A robot of any other kind is a class that derives from :py:obj:`sdpgrind.finishing.Robot` and has its members: names,

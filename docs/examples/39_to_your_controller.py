@@ -87,7 +87,8 @@ for text in (
 #      - kept
 #      - joints, by the names of the robot
 #
-# None has been run on a controller. A controller's blends differ from circles, and may end a move early; the joints of its
+# For the presets ``ur10`` and ``irb2400`` a warning names the language that the controller of their maker takes, where another is
+# asked for. None has been run on a controller. A controller's blends differ from circles, and may end a move early; the joints of its
 # model may count from other zeros. Mass and centre of gravity of your tool are not in the plan. Try a program slowly,
 # above the work: a work frame that is raised by 50 mm is enough.
 

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mounted_cells import HELD, PLACE, RAIL, TABLE, moved, planned, ring
 from robot_twins import about
@@ -193,6 +193,30 @@ def test_the_frame_of_a_unit_turns_about_or_slides_along_its_own_z(axis, value):
     np.testing.assert_allclose(rail.motions(value) @ rail.frame, rail.frame @ slide, atol=1e-12)
     assert np.linalg.det(table.frame[:3, :3]) == pytest.approx(1.0)
     assert table.frame[:3, 3].tolist() == list(TABLE.origin) and not rail.frame[:3, 3].any()
+
+
+@given(
+    axis=AXES,
+    shift=st.tuples(*[st.floats(-150.0, 150.0)] * 3),
+    deviation=st.floats(0.005, 0.2),
+    rail=st.booleans(),
+)
+@example((0.25, 0.125, -1.0), (0.0, 0.0, 0.0), 0.02, False)  # joint 4 crosses 0 on the lift
+@settings(max_examples=4, deadline=None)
+def test_any_axis_keeps_any_deviation(axis, shift, deviation, rail):
+    """Turned by up to 0.3 rad, or shifted by 60 mm, about or along any axis near the work."""
+    origin = np.array([650.0, 0.0, 80.0]) + shift
+    moving = (
+        RAIL.replace(direction=axis, positions=(-60.0, 0.0, 60.0))
+        if rail
+        else TABLE.replace(axis=axis, origin=tuple(origin), angles=(-0.3, 0.0, 0.3))
+    )
+    path = finishing.hilbert(finishing.surface.flat_surface(12.0), 1)
+    robot = finishing.arm.mounted(HELD, unit=moving)
+    motion = finishing.plan(finishing.FinishingProblem(path, robot=robot, placement=(650.0, -25.0, 100.0)))
+    for target in ("rapid", "krl"):
+        found = motion.program(target, deviation=deviation).check()
+        assert found.axis_deviation <= found.deviation <= deviation and found.feed_excess <= 25.0 * 1e-6
 
 
 def test_what_is_refused_by_name():

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing._program.carriers import carriers, levers
+from sdpgrind.finishing._program.carriers import alone, carriers, levers
 from sdpgrind.finishing._program.configuration import STEP, check_configuration
 from sdpgrind.finishing._program.course import PlannedMotion, frames_of
 from sdpgrind.finishing._program.follow import PLACES, FollowedPath, followed
@@ -102,7 +102,7 @@ def _planned(motion: PlannedMotion) -> Planned:
     ends = _raised_ends(motion, poses[[0, -1]])
     tips = np.concatenate([[ends[0]], poses, [ends[1]]]) @ shifted(problem.lever_arm)
     feeds = np.concatenate([[problem.feed_rate], state.feed_rate, [problem.feed_rate]])
-    joints = np.concatenate([state.joints[:1], state.joints, state.joints[-1:]])
+    joints = np.vstack([_off_the_work(motion, 0), state.joints, _off_the_work(motion, -1)])
     return Planned(np.ascontiguousarray(tips[:, :3, 3]), turns_of(tips), feeds, joints)
 
 
@@ -112,6 +112,17 @@ def _raised_ends(motion: PlannedMotion, poses: Floats) -> list[Floats]:
         raised(pose, motion.problem, spin)
         for pose, spin in zip(poses, motion.spin[[0, -1]].tolist(), strict=True)
     ]
+
+
+def _off_the_work(motion: PlannedMotion, row: int) -> Floats:
+    """Joints (n,) at the lifted end of a program beside the first or last row, in the same branch."""
+    problem, here = motion.problem, motion.joints[row]
+    robot, pose = alone(problem.robot), problem.robot.forward(here)
+    count = len(robot.names)
+    found = robot.solutions([raised(pose, problem, float(motion.spin[row]))])[0]
+    away = np.remainder(found - here[:count] + np.pi, 2 * np.pi) - np.pi
+    nearest = np.nan_to_num(np.abs(away), nan=np.inf).max(axis=1).argmin()
+    return np.append(here[:count] + away[nearest], here[count:])
 
 
 def _passed(there: FollowedPath, places: Floats, segment: Any, share: Floats) -> float:
