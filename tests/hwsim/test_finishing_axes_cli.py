@@ -99,3 +99,21 @@ def test_a_program_for_the_axes_of_a_job(capsys, tmp_path):
     assert main(["finishing", str(job), "--program", "urscript", "--out", str(folder)]) == 2
     error = without_news(capsys.readouterr().err)
     assert "no external axes; got rail, STN_1; take csv or ros" in error
+
+
+def test_a_placement_on_the_axes_is_searched_in_a_box(capsys, tmp_path):
+    """And not without; what it is worth is told for the axes at their best."""
+    job = written(tmp_path, TABLE.replace("angles = 4", "angles = [-0.2, 0, 0.2]"))
+    text = job.read_text()
+    job.write_text(text.replace("placement = [900, -25, 100]", 'placement = "search"'))
+    with pytest.raises(ValueError, match=r"\[tool\] box must be given where axes carry the work"):
+        read(job)
+    box = "placement_box = [[900, -25, 100], [900, -25, 100]]"
+    job.write_text(text.replace("placement = [900, -25, 100]", f'placement = "search"\n{box}'))
+    assert main(["finishing", str(job), "--program", "csv", "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr().out
+    problem = sdpgrind.load(tmp_path / "out" / "motion.nc").problem
+    assert problem.placement[:3] == (900.0, -25.0, 100.0) and "placed at (900, -25, 100) mm" in told
+    assert (
+        "least margin over the path" in told and "-" not in told.split("least margin over the path ")[1][:3]
+    )
