@@ -115,8 +115,13 @@ def test_foreign_folders_and_files_are_refused(tmp_path):
     ):
         with pytest.raises(ValueError, match=text):
             sdpgrind.export(recipe(), tmp_path / name, name="x", overwrite=True)
-    with pytest.raises(FileNotFoundError, match="must lie in an existing folder"):
-        sdpgrind.export(recipe(), tmp_path / "none" / "x")
+    with pytest.raises(NotADirectoryError, match="must lie in a folder; .* lies in the file .*mine.txt"):
+        sdpgrind.export(recipe(), tmp_path / "a/mine.txt/x")
+
+
+def test_the_folder_of_an_export_is_made(tmp_path):
+    made = sdpgrind.export(recipe(), tmp_path / "out/first/x")
+    assert sorted(one.name for one in (tmp_path / "out").iterdir()) == ["first"] and made.path.is_dir()
 
 
 @pytest.mark.parametrize("overwrite", [False, True])

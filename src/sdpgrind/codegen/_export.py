@@ -58,7 +58,8 @@ def export(
         values, `centering.Strategy` (its look-up of a push); or a `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
-        ``manifest.json``; with a quadratic program ``NAME_program.c`` and its licence. Its parent must exist.
+        ``manifest.json``; with a quadratic program ``NAME_program.c`` and its licence. Folders in which it
+        lies are made.
     target : {"c99", "fmi2"}
         C99 in a folder, or an FMU of FMI 2.0 for co-simulation around it: `path` is then a file that ends in
         ``.fmu``.
