@@ -3,10 +3,13 @@
 from collections.abc import Callable
 from typing import Any
 
+import casadi
 import numpy as np
 
 import centering
 from sdpgrind import finishing, identify, locus, plunge, sdp, units, weldbead
+from sdpgrind.locus._curve.inversion import Inversion
+from sdpgrind.locus._problem.tape import tape
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.weldbead import force
 
@@ -65,6 +68,18 @@ def along() -> Any:
 
 def inversion() -> Any:
     return locus.plan(locus.preset("grinding")).inversion()
+
+
+def rough() -> Any:
+    """Inversion of a rough response, flat between a rise and a jump: Newton's method fails, and it bisects."""
+    v, x = casadi.SX.sym("v"), casadi.SX.sym("x")
+    steps = 2.0 * casadi.atan(40.0 * (x - 1.3)) + casadi.atan(1e40 * (x * x - 9.7)) + 0.3 * x
+    response = v * steps + 1e-3 * casadi.sqrt(v + 1.3)  # none below; it falls from there to 0
+    key = np.linspace(1.0, 4.0, 12)
+    columns = np.column_stack([1.0 + 0.1 * key])
+    place = LocusTable(key, columns, np.full((key.size, 1), 0.1), {"state": "mm", "speed": "mm/s"})
+    made = casadi.Function("f", [v, x], [response, casadi.jacobian(response, x)])
+    return Inversion(tape(made), place, low=1.0, high=4.0, units={"power": "W"})
 
 
 def rows() -> Any:
@@ -148,7 +163,7 @@ def three() -> Any:
 
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
-    "along": along, "inversion": inversion,
+    "along": along, "inversion": inversion, "rough": rough,
     "hone": hone, "one": one, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
     "walk_of_row": walk_of_row, "push": push, "ahead": ahead,
 }  # fmt: skip

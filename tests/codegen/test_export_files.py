@@ -115,7 +115,7 @@ def test_foreign_folders_and_files_are_refused(tmp_path):
     ):
         with pytest.raises(ValueError, match=text):
             sdpgrind.export(recipe(), tmp_path / name, name="x", overwrite=True)
-    with pytest.raises(NotADirectoryError, match="must lie in a folder; .* lies in the file .*mine.txt"):
+    with pytest.raises(NotADirectoryError, match=r"must lie in a folder; .* lies in the file .*mine\.txt"):
         sdpgrind.export(recipe(), tmp_path / "a/mine.txt/x")
 
 
