@@ -111,16 +111,21 @@ def _removed(s: Any, c: Any) -> Any:
     return sdp.LogNormal(0.004 * c.strokes, 0.0008 * c.strokes)
 
 
-def hone() -> Any:
+def hone(under: Any = None) -> Any:
     """One axis, no deadline, a charge of too little stock."""
     moves = [
         sdp.Move("hone", {"strokes": sdp.Levels(1.0, 9.0, 5)}, sdp.Shift("stock", _removed),
                  charge=lambda s, c: 0.3 + 0.02 * c.strokes),
         sdp.Move("lap", {"strokes": [2.0, 4.0]}, sdp.Shift("stock", _removed), charge=0.4),
     ]  # fmt: skip
-    stop = sdp.Stop("done", sdp.Charge(under=sdp.Linear(200.0), over=sdp.Linear(900.0)))
+    stop = sdp.Stop("done", sdp.Charge(under=under or sdp.Linear(200.0), over=sdp.Linear(900.0)))
     stock = sdp.Axis("stock", 0.0, 0.04, 21, "mm", below="stop")
     return sdp.plan(sdp.Problem([stock], moves, [stop], sdp.Forever()))
+
+
+def bent() -> Any:
+    """The charge of the stop is bent within cells."""
+    return hone(sdp.Quadratic(1e5))
 
 
 def _axes(count: int) -> list[Any]:
@@ -164,7 +169,7 @@ def three() -> Any:
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
     "along": along, "inversion": inversion, "rough": rough,
-    "hone": hone, "one": one, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
+    "hone": hone, "bent": bent, "one": one, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
     "walk_of_row": walk_of_row, "push": push, "ahead": ahead,
 }  # fmt: skip
 """Name of each thing to how it is made."""
