@@ -13,22 +13,27 @@ from sdpgrind.sdp._policy.exported_kernels import _filled
 from sdpgrind.sdp._policy.single_kernels import FOUND, OUTSIDE, _late, _located
 from sdpgrind.sdp._policy.small_kernels import GAP, VALUE, _act_small, _decoded, _height, _numbered, _told
 
-FACTOR, TOLERANCE, POWER = range(3)
-"""Columns of a side of a charge: factor ((z - tolerance)+)^power of the distance z; power 0: a constant."""
+
+class Side(NamedTuple):
+    """Charge ($) on one side: factor ((z - tolerance)+)^power of the distance z; power 0: a constant."""
+
+    factor: float
+    tolerance: float
+    power: int
 
 
 class BentStop(NamedTuple):
     """Charge ($) of the first stop, and the cells of the one axis in which it is bent.
 
     `cells[row, mode, cell]`: whether it is; the coordinate is ``low + spacing * index``; `under` and `over`:
-    sides of the target 0, as `FACTOR` ... name their numbers; to them come ``extra[mode]`` and ``late[row]``.
+    sides of the target 0; to them come ``extra[mode]`` and ``late[row]``.
     """
 
     cells: Any
     low: float
     spacing: float
-    under: Any
-    over: Any
+    under: Side
+    over: Side
     extra: Any
     late: Any
 
@@ -36,10 +41,10 @@ class BentStop(NamedTuple):
 @compiled(error_model="numpy")
 def _side(side, z):
     """Charge ($) at a distance >= 0 on one side."""
-    if side[POWER] == 0.0:
-        return side[FACTOR] if z > 0.0 and z >= side[TOLERANCE] else 0.0
-    charged = max(z - side[TOLERANCE], 0.0)
-    return side[FACTOR] * (charged * charged if side[POWER] == 2.0 else charged)
+    if side.power == 0:
+        return side.factor if z > 0.0 and z >= side.tolerance else 0.0
+    charged = max(z - side.tolerance, 0.0)
+    return side.factor * (charged * charged if side.power == 2 else charged)
 
 
 @compiled(error_model="numpy")
@@ -50,7 +55,7 @@ def _stopping(bent, row, mode, index):
         return np.nan
     x = bent.low + bent.spacing * index
     charge = 0.0
-    if x > 0.0:
+    if bent.low >= 0.0 or x > 0.0:  # the first is known to an export
         charge = _side(bent.under, x)
     elif x < 0.0:
         charge = _side(bent.over, -x)

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
-from sdpgrind.sdp._policy.bent_kernels import BentStop
+from sdpgrind.sdp._policy.bent_kernels import BentStop, Side
 from sdpgrind.sdp._policy.table import Solution
 from sdpgrind.sdp._problem.one_sided import Constant, Linear, Quadratic
 
@@ -37,14 +36,14 @@ def bent_stop(solution: Solution) -> BentStop | None:
     )
 
 
-def _side(name: str, charge: Any) -> Floats:
+def _side(name: str, charge: Any) -> Side:
     """Factor, tolerance and power of one side."""
     side = getattr(charge, name)
     if side is None:
-        return np.zeros(3)
-    for kind, power in ((Constant, 0.0), (Linear, 1.0), (Quadratic, 2.0)):
-        if isinstance(side, kind):
-            factor = side.amount if isinstance(side, Constant) else side._factor
-            return np.array([factor, side.tolerance, power])
+        return Side(0.0, 0.0, 0)
+    if isinstance(side, Constant):
+        return Side(side.amount, side.tolerance, 0)
+    if isinstance(side, Linear | Quadratic):
+        return Side(side._factor, side.tolerance, side._power)
     rule = "a policy with a stop that is charged by sdp.Constant, sdp.Linear or sdp.Quadratic"
     raise checks.refuse("thing", rule, f"{name} {type(side).__name__}")

@@ -47,8 +47,6 @@ _TABLES = {
     "told_told": "gap, value at each node: slice, mode, node; multiples of their scale, or $",
     "told_coding": "offset and scale, $, and what stands for infinity",
     "bent_cells": "1 where the charge of the first stop is bent within the cell: slice, mode, cell",
-    "bent_under": "factor, tolerance, power of that charge above the target 0",
-    "bent_over": "the same below it",
     "bent_extra": "$ that come to it, by mode",
     "bent_late": "$ that come to it, by slice",
     "lists": "listed controls of each code",
