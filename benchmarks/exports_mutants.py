@@ -1,10 +1,16 @@
-"""Mutants of exports: operators and numbers changed one by one, and whether the self-test finds them."""
+"""Mutants of exports: operators and numbers changed one by one, and whether the self-test finds them.
 
+Numbers of tables, and those of a quadratic program, are changed in memory as a program starts, since such files
+take long to compile.
+"""
+
+import os
 import random
 import re
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +28,16 @@ SWAP = {
 }  # fmt: skip
 SIGN = r"(?<= )(\+|-|\*|/|<=|>=|<|>|==|!=|&&|\|\|)(?= )"
 NUMBER = r"(?<![\w.\[])(\d+\.\d+(?:e-?\d+)?|0x[0-9a-f.]+p[+-]?\d+|\d+)(?![\w.])"
-LEFT_OUT = (r"/\*.*?\*/", r"^#.*?$", r"^static [^;{]*;$", r"\b[a-z0-9_]+ \*?\w+\[\d+\](?= = |;)")
+LEFT_OUT = (
+    r"/\*.*?\*/", r"^#.*?$", r"^(?:static|extern) [^;{]*;$", r"\b[a-z0-9_]+ \*?\w+\[\d+\](?= = |;)"
+)  # fmt: skip
+TABLE = re.compile(r"^static const (\w+) (\w+)\[(\d+)\] = \{\n.*?\n\};$", re.S | re.M)
+PROGRAM = re.compile(
+    r"^OSQPFloat (\w+_(?:P_csc_x|A_csc_x|L_x|Dinv|rho_inv_vec|rho_vec_val|rho_inv_vec_val|[DE]_val|[DE]inv_val))"
+    r"\[(\d+)\] = \{", re.M
+)  # fmt: skip
+"""Constants among what OSQP generates; other arrays are written by each step."""
+PARTS = ("code and tables", "program")
 
 
 def mutants(name: str, count: int, steps: int) -> None:
@@ -30,18 +45,117 @@ def mutants(name: str, count: int, steps: int) -> None:
     with tempfile.TemporaryDirectory() as kept:
         place = Path(kept)
         made = sdpgrind.export(THINGS[name](), place / "thing")
-        text, found = (place / "thing/thing.c").read_text(), {"found": 0, "missed": 0, "no effect": 0}
-        _prepare(made.recipe, place, steps)
-        missed = []
-        for change, changed in _changed(text):
-            if found["found"] + found["missed"] >= count:
-                break
-            told = _judged(place, changed)
-            if told:
-                found[told] += 1
-            missed += [change] * (told == "missed")
+        sources = Sources.of(place / "thing")
+        _prepare(made.recipe, sources, place, steps)
+        for part, changes in zip(PARTS, (sources.changes(), sources.changes_of_program()), strict=True):
+            _counted(f"{name}, {part}", changes, place, count)
+
+
+def _counted(name: str, changes: Iterator["Mutant"], place: Path, count: int) -> None:
+    found, missed = {"found": 0, "missed": 0, "no effect": 0}, []
+    for one in changes:
+        if found["found"] + found["missed"] >= count:
+            break
+        told = _judged(place, one)
+        if told:
+            found[told] += 1
+        missed += [one.told] * (told == "missed")
+    if any(found.values()):
         finds = f"{found['found']} of {found['found'] + found['missed']}"
         print(f"| {name} | {finds} | {found['no effect']} | {'; '.join(missed)} |", flush=True)
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """What was changed, and the functions with it; or the place of a number that is changed in memory."""
+
+    told: str
+    code: str = ""
+    table: str = ""
+    place: int = 0
+
+
+@dataclass(frozen=True)
+class Sources:
+    """C of an export, apart: functions; tables that can be written to; sizes of tables and of the program."""
+
+    code: str
+    tables: str
+    sizes: Mapping[str, int]
+    program: Mapping[str, int]
+
+    @classmethod
+    def of(cls, folder: Path) -> "Sources":
+        """Read an export."""
+        text, solver = (folder / "thing.c").read_text(), folder / "thing_program.c"
+        found = {m[2]: m for m in TABLE.finditer(text)}
+        sizes = {name: int(m[3]) for name, m in found.items()}
+        outer = {m[1]: int(m[2]) for m in PROGRAM.finditer(solver.read_text())} if solver.exists() else {}
+        code = TABLE.sub(lambda m: f"extern const {m[1]} {m[2]}[{m[3]}];", text)
+        kept = [m[0].removeprefix("static const ") for m in found.values()]
+        kept += [f"extern double {name}[{size}];" for name, size in outer.items()]
+        kinds = {name: m[1] for name, m in found.items()} | dict.fromkeys(outer, "double")
+        cases = [(_NUMBER if kind == "double" else _WHOLE).format(name=name) for name, kind in kinds.items()]
+        return cls(code, _TABLES.format(tables="\n".join(kept), cases="".join(cases)), sizes, outer)
+
+    def changes(self) -> Iterator[Mutant]:
+        """Give mutants of functions and tables, each place as likely as any other."""
+        places, rng = self._places(), random.Random(1)
+        ends = np.cumsum([len(places), *self.sizes.values()])
+        for k in rng.sample(range(int(ends[-1])), int(ends[-1])):
+            if k < len(places):
+                m, other = places[k], _other(places[k], rng)
+                told = f"line {self.code[: m.start()].count(chr(10)) + 1}: {m[0]} to {other}"
+                yield Mutant(told, self.code[: m.start()] + other + self.code[m.end() :])
+            else:
+                part = int(np.searchsorted(ends, k, side="right"))
+                yield _of_table(list(self.sizes)[part - 1], k - int(ends[part - 1]))
+
+    def changes_of_program(self) -> Iterator[Mutant]:
+        """Give mutants of the constants of the program."""
+        every = [(name, k) for name, size in self.program.items() for k in range(size)]
+        random.Random(1).shuffle(every)
+        for name, k in every:
+            yield _of_table(name, k)
+
+    def _places(self) -> list[re.Match[str]]:
+        blank = self.code
+        for pattern in LEFT_OUT:
+            blank = re.sub(pattern, lambda m: " " * len(m[0]), blank, flags=re.S | re.M)
+        start = self.code.index("FP_CONTRACT")
+        return [m for m in re.finditer(f"{SIGN}|{NUMBER}", blank) if m.start() > start]
+
+
+def _of_table(name: str, k: int) -> Mutant:
+    return Mutant(f"{name}[{k}]", table=name, place=k)
+
+
+_TABLES = """\
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+{tables}
+__attribute__((constructor)) static void changed(void)
+{{
+    const char *name = getenv("MUTANT_TABLE");
+    long k = (name == NULL) ? 0 : atol(getenv("MUTANT_PLACE"));
+    if (name == NULL) {{
+        return;
+    }}
+{cases}
+}}
+"""
+_NUMBER = """\
+    if (strcmp(name, "{name}") == 0) {{
+        {name}[k] = ({name}[k] == 0.0) ? 0.5 : ({name}[k] * 1.01);
+    }}
+"""
+_WHOLE = """\
+    if (strcmp(name, "{name}") == 0) {{
+        {name}[k] += ({name}[k] > 0) ? -1 : 1;
+    }}
+"""
 
 
 _SIDE_BY_SIDE = """\
@@ -90,21 +204,31 @@ int main(int count, char **names)
 """Runs an export and a changed one on the same rows: 1 where anything differs after any step."""
 
 
-def _prepare(recipe: Recipe, place: Path, steps: int) -> None:
+def _prepare(recipe: Recipe, sources: Sources, place: Path, steps: int) -> None:
     """Compile what stays the same, and write the rows of many steps: the self-test has others."""
     varied = Varied(recipe, *rows_of(recipe, np.random.default_rng(7), 4 * ROWS))
     with (place / "rows.bin").open("wb") as file:
         for _ in range(steps // 20_000 if recipe.program is None else 1):
             rows, resets = varied.take(20_000 if recipe.program is None else 2_000)
             file.write(np.column_stack([resets, rows]).tobytes())
-    (place / "side.c").write_text(_SIDE_BY_SIDE)
-    compiler = ["gcc", *FLAGS, "-O2", f"-I{place / 'thing'}", "-c"]
-    renamed = ["-Dthing_step=good_step", "-Dthing_reset=good_reset"]
+    for name, text in (("side.c", _SIDE_BY_SIDE), ("tables.c", sources.tables), ("same.c", sources.code)):
+        (place / name).write_text(text)
     for source, made, more in (
-        ("thing/thing_selftest.c", "test.o", []), ("thing/thing.c", "good.o", renamed), ("side.c", "side.o", []),
-        (_program(place), "solver.o", []),
+        ("thing/thing_selftest.c", "test.o", []), ("side.c", "side.o", []), ("tables.c", "tables.o", []),
+        ("same.c", "same.o", []), (_program(place), "solver.o", []),
+        ("thing/thing.c", "one.o", ["-Dthing_step=good_step", "-Dthing_reset=good_reset"]),
     ):  # fmt: skip
-        subprocess.run([*compiler, *more, place / source, "-o", place / made], check=True)
+        subprocess.run([*_compiler(place), *more, "-c", place / source, "-o", place / made], check=True)
+    # with a solver of its own
+    subprocess.run(["ld", "-r", "one.o", "solver.o", "-o", "good.o"], cwd=place, check=True)
+    only = [f"--keep-global-symbol=good_{one}" for one in ("step", "reset")]
+    subprocess.run(["objcopy", *only, "good.o"], cwd=place, check=True)
+    for program, *objects in (("same_test", "test.o"), ("same_side", "side.o", "good.o")):
+        _linked(place, program, "same.o", *objects)
+
+
+def _compiler(place: Path, level: str = "-O2") -> list[Any]:
+    return ["gcc", *FLAGS, level, f"-I{place / 'thing'}"]
 
 
 def _program(place: Path) -> Path:
@@ -114,41 +238,37 @@ def _program(place: Path) -> Path:
     return found if found.exists() else empty
 
 
-def _judged(place: Path, changed: str) -> str:
+def _linked(place: Path, program: str, *objects: str) -> None:
+    parts = [*objects, "solver.o", "tables.o"]
+    subprocess.run(["gcc", *parts, "-lm", "-o", program], cwd=place, check=True)
+
+
+def _judged(place: Path, mutant: Mutant) -> str:
     """Return "found", "missed", "no effect"; "" where it does not compile."""
-    (place / "changed.c").write_text(changed)
-    compiler = ["gcc", *FLAGS, "-O1", f"-I{place / 'thing'}"]
-    command = [*compiler, "-c", place / "changed.c", "-o", place / "changed.o"]
+    if mutant.table:
+        env = {"MUTANT_TABLE": mutant.table, "MUTANT_PLACE": str(mutant.place)}
+        if _fails(place, "same_test", env):
+            return "found"
+        return "missed" if _fails(place, "same_side", env) else "no effect"
+    (place / "changed.c").write_text(mutant.code)
+    command = [*_compiler(place, "-O1"), "-c", place / "changed.c", "-o", place / "changed.o"]
     if subprocess.run(command, capture_output=True).returncode:
         return ""
-    if _fails(compiler, place, "test.o"):
+    _linked(place, "test", "changed.o", "test.o")
+    if _fails(place, "test", {}):
         return "found"
-    return "missed" if _fails(compiler, place, "side.o", "good.o") else "no effect"
+    _linked(place, "side", "changed.o", "side.o", "good.o")
+    return "missed" if _fails(place, "side", {}) else "no effect"
 
 
-def _fails(compiler: list[Any], place: Path, *objects: str) -> bool:
-    """Whether a program with the changed source ends otherwise than by 0, or not at all."""
-    parts = [place / one for one in ("changed.o", "solver.o", *objects)]
-    subprocess.run([*compiler, *parts, "-lm", "-o", place / "program"], check=True)
+def _fails(place: Path, program: str, env: Mapping[str, str]) -> bool:
+    """Whether a program ends otherwise than by 0, or not at all."""
+    command = [place / program, place / "rows.bin"]
     try:
-        run = subprocess.run([place / "program", place / "rows.bin"], capture_output=True, timeout=60)
+        run = subprocess.run(command, capture_output=True, timeout=60, env={**os.environ, **env})
     except subprocess.TimeoutExpired:
         return True
     return run.returncode != 0
-
-
-def _changed(text: str) -> Iterator[tuple[str, str]]:
-    """Give what was changed, and the text with it."""
-    blank = text
-    for pattern in LEFT_OUT:
-        blank = re.sub(pattern, lambda m: " " * len(m[0]), blank, flags=re.S | re.M)
-    start = text.index("FP_CONTRACT")
-    places = [m for m in re.finditer(f"{SIGN}|{NUMBER}", blank) if m.start() > start]
-    rng = random.Random(1)
-    rng.shuffle(places)
-    for m in places:
-        other, line = _other(m, rng), text[: m.start()].count("\n") + 1
-        yield f"line {line}: {m[0]} to {other}", text[: m.start()] + other + text[m.end() :]
 
 
 def _other(m: re.Match[str], rng: random.Random) -> str:

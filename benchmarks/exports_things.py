@@ -3,10 +3,13 @@
 from collections.abc import Callable
 from typing import Any
 
+import casadi
 import numpy as np
 
 import centering
 from sdpgrind import finishing, identify, locus, plunge, sdp, units, weldbead
+from sdpgrind.locus._curve.inversion import Inversion
+from sdpgrind.locus._problem.tape import tape
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.weldbead import force
 
@@ -67,6 +70,18 @@ def inversion() -> Any:
     return locus.plan(locus.preset("grinding")).inversion()
 
 
+def rough() -> Any:
+    """Inversion of a rough response, flat between a rise and a jump: Newton's method fails, and it bisects."""
+    v, x = casadi.SX.sym("v"), casadi.SX.sym("x")
+    steps = 2.0 * casadi.atan(40.0 * (x - 1.3)) + casadi.atan(1e40 * (x * x - 9.7)) + 0.3 * x
+    response = v * steps + 1e-3 * casadi.sqrt(v + 1.3)  # none below; it falls from there to 0
+    key = np.linspace(1.0, 4.0, 12)
+    columns = np.column_stack([1.0 + 0.1 * key])
+    place = LocusTable(key, columns, np.full((key.size, 1), 0.1), {"state": "mm", "speed": "mm/s"})
+    made = casadi.Function("f", [v, x], [response, casadi.jacobian(response, x)])
+    return Inversion(tape(made), place, low=1.0, high=4.0, units={"power": "W"})
+
+
 def rows() -> Any:
     return identify.RecursiveLeastSquares(("start", "slope", "bend"), forgetting=0.98)
 
@@ -96,16 +111,21 @@ def _removed(s: Any, c: Any) -> Any:
     return sdp.LogNormal(0.004 * c.strokes, 0.0008 * c.strokes)
 
 
-def hone() -> Any:
+def hone(under: Any = None) -> Any:
     """One axis, no deadline, a charge of too little stock."""
     moves = [
         sdp.Move("hone", {"strokes": sdp.Levels(1.0, 9.0, 5)}, sdp.Shift("stock", _removed),
                  charge=lambda s, c: 0.3 + 0.02 * c.strokes),
         sdp.Move("lap", {"strokes": [2.0, 4.0]}, sdp.Shift("stock", _removed), charge=0.4),
     ]  # fmt: skip
-    stop = sdp.Stop("done", sdp.Charge(under=sdp.Linear(200.0), over=sdp.Linear(900.0)))
+    stop = sdp.Stop("done", sdp.Charge(under=under or sdp.Linear(200.0), over=sdp.Linear(900.0)))
     stock = sdp.Axis("stock", 0.0, 0.04, 21, "mm", below="stop")
     return sdp.plan(sdp.Problem([stock], moves, [stop], sdp.Forever()))
+
+
+def bent() -> Any:
+    """The charge of the stop is bent within cells."""
+    return hone(sdp.Quadratic(1e5))
 
 
 def _axes(count: int) -> list[Any]:
@@ -148,8 +168,8 @@ def three() -> Any:
 
 THINGS: dict[str, Callable[[], Any]] = {
     "bead": bead, "cycle": cycle, "stages": stages, "torque": torque, "press": press, "ring": ring, "table": table,
-    "along": along, "inversion": inversion,
-    "hone": hone, "one": one, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
+    "along": along, "inversion": inversion, "rough": rough,
+    "hone": hone, "bent": bent, "one": one, "two": two, "three": three, "rows": rows, "rows_known": rows_known, "walk": walk,
     "walk_of_row": walk_of_row, "push": push, "ahead": ahead,
 }  # fmt: skip
 """Name of each thing to how it is made."""

@@ -1,5 +1,6 @@
 """What tests of exports reach inside the packages."""
 
+from sdpgrind.codegen._export import EXPORTED as EXPORTED
 from sdpgrind.codegen._export import recipe_of as recipe_of
 from sdpgrind.codegen._files.program import program_files as program_files
 from sdpgrind.codegen._files.vectors import LibrarySteps as LibrarySteps

@@ -325,3 +325,11 @@ def doubled(state, weights_, x, out):
     for k in range(weights_.size):
         out[0] += weights_[k]
     return 0
+
+
+@compiled(error_model="numpy")
+def counted_on(state, x, out):
+    """A state of which a reset leaves two numbers open."""
+    state[2] += x
+    out[0], out[1] = state[0], state[2]
+    return 0

@@ -7,9 +7,12 @@ import re
 import shutil
 import subprocess
 import sys
+from functools import reduce
+from importlib import import_module
 
 import numpy as np
 import pytest
+from codegen_inside import EXPORTED
 
 import sdpgrind
 from sdpgrind.base import whole_files
@@ -115,8 +118,23 @@ def test_foreign_folders_and_files_are_refused(tmp_path):
     ):
         with pytest.raises(ValueError, match=text):
             sdpgrind.export(recipe(), tmp_path / name, name="x", overwrite=True)
-    with pytest.raises(FileNotFoundError, match="must lie in an existing folder"):
-        sdpgrind.export(recipe(), tmp_path / "none" / "x")
+    with pytest.raises(NotADirectoryError, match=r"must lie in a folder; .* lies in the file .*mine\.txt"):
+        sdpgrind.export(recipe(), tmp_path / "a/mine.txt/x")
+
+
+def test_what_is_exported_is_listed_once():
+    """Each name is a class that says how, and stands on the page."""
+    page = (pathlib.Path(__file__).parents[2] / "docs/exported_things.rst").read_text()
+    for name in EXPORTED:
+        area, *way = name.split(".")
+        home = import_module(area if area == "centering" else f"sdpgrind.{area}")
+        assert hasattr(reduce(getattr, way, home), "__export__"), name
+        assert f"``{name}``" in page
+
+
+def test_the_folder_of_an_export_is_made(tmp_path):
+    made = sdpgrind.export(recipe(), tmp_path / "out/first/x")
+    assert sorted(one.name for one in (tmp_path / "out").iterdir()) == ["first"] and made.path.is_dir()
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
@@ -177,7 +195,9 @@ def test_names_that_may_be(tmp_path):
 
 
 def test_what_has_no_recipe(tmp_path):
-    with pytest.raises(TypeError, match=r"thing must be a SequencePolicy, an sdp.Policy, .* got dict"):
+    with pytest.raises(
+        TypeError, match=r"thing must be one of weldbead.SequencePolicy, sdp.Policy, .* got dict"
+    ):
         sdpgrind.export({}, tmp_path / "x")
     with pytest.raises(ValueError, match=r"target must be"):
         sdpgrind.export(recipe(), tmp_path / "x", target="st")

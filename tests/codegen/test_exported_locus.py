@@ -193,6 +193,23 @@ def test_an_inversion_of_one_s_own(tmp_path):
         sdpgrind.export(Inversion(wide, table, low=1.0, high=4.0), tmp_path / "y")
 
 
+def test_an_inversion_that_bisects(tmp_path):
+    """Flat between a rise and a jump: Newton's method goes to an end, or to the middle, down to rounding."""
+    jump = casadi.atan(1e40 * (X * X - 9.7))
+    found = Y * (2.0 * casadi.atan(40.0 * (X - 1.3)) + jump + 0.3 * X)
+    response = tape(casadi.Function("f", [Y, X], [found, casadi.jacobian(found, X)]))
+    key = np.array([1.0, 2.0, 4.0])
+    table = LocusTable(key, np.column_stack([1.0 + 0.1 * key]), np.full((3, 1), 0.1), {"x": "", "y": ""})
+    inversion = Inversion(response, table, low=1.0, high=4.0, units={"f": ""})
+    made = sdpgrind.export(inversion, tmp_path / "x")
+    checked = made.check(STEPS, ["gcc"], levels=["-O2"], targets=())
+    assert checked.differing == 0, checked.first
+    c = made.controller()
+    assert c.step(f=4.0, y=1.2)["x"] == pytest.approx(np.sqrt(9.7), abs=1e-15)  # in the jump
+    assert c.step(f=4.0, y=1.2)["x"] == inversion.at(4.0, 1.2)[0][0]
+    assert c.step(f=-1.5, y=1.2)["x"] == inversion.at(-1.5, 1.2)[0][0] < 1.4  # beyond an end by Newton
+
+
 # -- tapes -------------------------------------------------------------------------------------------------
 
 X, Y = casadi.SX.sym("x"), casadi.SX.sym("y")

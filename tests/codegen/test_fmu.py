@@ -342,8 +342,9 @@ def test_wrong_paths(tmp_path):
     for path, words in (("low.zip", r"end in \.fmu"), ("text.fmu", "be an FMU, or not exist yet")):
         with pytest.raises(ValueError, match=words):
             sdpgrind.export(low_pass(), tmp_path / path, target="fmi2", overwrite=True)
-    with pytest.raises(FileNotFoundError, match="existing folder"):
-        sdpgrind.export(low_pass(), tmp_path / "none" / "low.fmu", target="fmi2")
+    with pytest.raises(NotADirectoryError, match=r"lies in the file .*text\.fmu"):
+        sdpgrind.export(low_pass(), tmp_path / "text.fmu" / "low.fmu", target="fmi2")
+    assert sdpgrind.export(low_pass(), tmp_path / "out" / "low.fmu", target="fmi2").path.is_file()
     with pytest.raises(ValueError, match="identifier of C"):
         sdpgrind.export(low_pass(), tmp_path / "1st.fmu", target="fmi2")
 

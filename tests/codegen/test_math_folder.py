@@ -277,7 +277,7 @@ def folder(tmp_path, **changes):
 WRONG = {
     "no_function": (
         {"src/pow.c": None},
-        r"defines pow, which this export calls; '.*' has no definition of it",
+        r"defines pow, which this export calls; looked for pow\(...\) { in the \d+ .c files",
     ),
     "no_inner": ({"src/log.c": None}, r"defines log, which its src/pow\.c calls"),
     "only_declared": (
@@ -285,12 +285,24 @@ WRONG = {
         "defines pow, which this export calls",
     ),
     "of_its_own": ({"src/pow.c": "static double pow(double x, double y) { return x; }"}, "defines pow"),
+    "by_a_macro": (
+        {"src/pow.c": "#define OF(name) double name(double x, double y)\nOF (pow)\n{ return x; }"},
+        r"defines pow, .*; looked for pow\(...\) { in the \d+ .c files of '.*'; its name stands in src/pow.c without a"
+        " body, as where a macro defines it: a folder with a C function of this name and its body would do",
+    ),
+    "assembly": (
+        {"src/pow.c": None, "src/pow.s": "pow:"},
+        "src/pow.s is assembly: a folder with",
+    ),
     "no_licence": ({"LICENSE": None}, "the licence of its sources, in a file LICENSE, COPYING or COPYRIGHT"),
     "twice": (
         {"src/more.c": "double pow(double x, double y)\n{ return x; }"},
-        "pow is defined once; got it in",
+        r"pow is defined once; got it in src/more.c and src/pow.c: name a folder that holds one of them",
     ),
-    "no_header": ({"include/parts.h": None}, r"has parts.h, which its src/exp.c includes"),
+    "no_header": (
+        {"include/parts.h": None},
+        r"has parts.h, which its src/exp.c includes; looked for it beside",
+    ),
     "two_headers": (
         {"src/../arm/parts.h": ""},
         "parts.h stands once; got it in arm/parts.h and include/parts.h",
@@ -310,7 +322,9 @@ def test_a_folder_that_cannot_be_used(tmp_path, name):
 @needs_gcc
 def test_sources_that_a_compiler_refuses(tmp_path):
     text = "#include <math.h>\ndouble pow(double x, double y)\n{\n    return x +;\n}\n"
-    with pytest.raises(RuntimeError, match=r"(?s)gcc refused the export: .*math/pow\.c:4"):
+    with pytest.raises(
+        RuntimeError, match=r"(?s)^math must be a folder .*gcc refused the export: .*math/pow\.c:4"
+    ):
         sdpgrind.export(raised(), tmp_path / "x", math=folder(tmp_path, **{"src/pow.c": text}))
     assert not (tmp_path / "x").exists()
 

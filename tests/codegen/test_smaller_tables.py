@@ -214,13 +214,55 @@ def test_states_and_controls_are_told(tmp_path):
     assert (mode, left) == ("number of the mode: 0 a, 1 b", "countdown to the deadline")
 
 
-def test_a_bent_charge_is_named(tmp_path):
+def bent(modes=("one", "other"), late=None, **sides):
+    """Height above a target within the axis, two modes, late stages; the stop is charged by `sides`."""
+    axis = sdp.Axis("height", -0.5, 2.0, 26, "mm", below="stop", above="hold")
+    moves = [
+        sdp.Move("grind", {"mean": sdp.Levels(0.05, 0.6, 9)}, sdp.Shift("height", lambda s, c: sdp.Rayleigh(c.mean, 0.3 * c.mean)),
+                 charge=lambda s, c: 0.02 + 0.1 * (s.mode == 1)),
+        sdp.Move("wait", {}, sdp.Stay(), charge=0.05, into=modes[0]),
+    ]  # fmt: skip
+    stages = sdp.Stages(4, 2.0, "left", "s", late=late)
+    return sdp.plan(sdp.Problem([axis], moves, [sdp.Stop("stop", sdp.Charge(**sides))], stages, modes=modes))
+
+
+BENT = {
+    "quadratic": lambda: bent(under=sdp.Quadratic(1.0), over=sdp.Quadratic(9.0)),
+    "tolerance": lambda: bent(under=sdp.Linear(1.0, tolerance=0.13), over=sdp.Constant(0.6, tolerance=0.07)),
+    "late": lambda: bent(late=sdp.Linear(0.3), under=sdp.Quadratic(1.0), over=sdp.Linear(2.0)),
+    "no deadline": lambda: honed(sdp.Quadratic(1e5)),
+}
+
+
+@pytest.mark.parametrize("name", BENT)
+def test_a_stop_whose_charge_is_bent_within_cells(tmp_path, name):
+    """The C decides as `Policy.action` does: exact charge of the stop beside the lowest line of a move."""
+    policy = BENT[name]()
+    assert policy.bent.any()
+    told = (*policy._controls, "gap", "value")
+    made = sdpgrind.export(policy, tmp_path / "thing", outputs=told)
+    found = made.check(3000, ["gcc"], levels=["-O0", "-O2"], targets=())
+    assert found.differing == 0, found.first
+    c, rng, layout, statuses = made.controller(), np.random.default_rng(0), policy.layout, set()
+    names = [*layout.stops, *(one.name for one in layout.moves)]
+    row, mode, cell = np.nonzero(policy.bent)
+    for k in rng.choice(row.size, 60):
+        state = {layout.axes[0].name: float(policy.grid.coordinate(0, cell[k] + rng.uniform()))}
+        if not layout.endless:
+            state[layout.stage_name] = max(float(policy.countdown.time(row[k])), 0.0)
+        modes = {} if layout.endless else {"mode": int(mode[k])}
+        answer, wanted = c.step(**modes, **state), policy.action(**modes, **state)
+        assert (names[c.status], answer["gap"]) == (wanted.name, wanted.gap)
+        assert answer["value"] == policy.value(**modes, **state)
+        statuses.add(c.status)
+    assert 0 in statuses and len(statuses) > 1  # it stops, and it moves
+
+
+def test_what_of_a_bent_charge_is_refused(tmp_path):
     """The condition that fails, and it alone."""
-    with pytest.raises(
-        ValueError, match=r"straight lines between nodes.*got 'under Quadratic, over Linear'"
-    ) as refused:
-        sdpgrind.export(honed(sdp.Quadratic(1e5)), tmp_path / "hone")
-    assert "three axes" not in str(refused.value) and "mode" not in str(refused.value)
+    policy = bent(under=lambda x: x**2, over=sdp.Linear(2.0))
+    with pytest.raises(ValueError, match=r"charged by sdp.Constant.*got 'under function'"):
+        sdpgrind.export(policy, tmp_path / "thing")
 
 
 def test_a_suggested_loss_is_kept(policy, tmp_path):

@@ -25,6 +25,13 @@ from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._tables import TablesAsked
 
 TARGETS = ("c99", "fmi2")
+EXPORTED = (
+    "weldbead.SequencePolicy", "sdp.Policy", "locus.Locus", "locus.LocusController",
+    "plunge.CycleController", "plunge.StagedController", "finishing.TorqueController",
+    "weldbead.force.ForceController", "weldbead.force.PredictiveController", "centering.GeometryEstimator",
+    "centering.Strategy", "identify.RecursiveLeastSquares", "identify.RandomWalk",
+)  # fmt: skip
+"""Classes with ``__export__``, by where they stand for a user; the docs say more of each."""
 
 
 def export(
@@ -49,16 +56,12 @@ def export(
     Parameters
     ----------
     thing : plan, controller or Recipe
-        What has ``__export__``: `weldbead.SequencePolicy`, `sdp.Policy`, `locus.Locus` (its table by the
-        hidden state), its ``table()`` and ``inversion()``, `locus.LocusController` (by feedback),
-        `plunge.CycleController`, `plunge.StagedController`, `finishing.TorqueController`,
-        `weldbead.force.ForceController` (along its plan; without one its law, to which force and position of
-        the plan are handed over), `weldbead.force.PredictiveController` along its plan,
-        `centering.GeometryEstimator`, `identify.RecursiveLeastSquares` and `identify.RandomWalk` of at most 8
-        values, `centering.Strategy` (its look-up of a push); or a `Recipe` of a kernel of one's own.
+        What has ``__export__``: :doc:`/exported_things` lists plans, controllers, estimators and tables; or a
+        `Recipe` of a kernel of one's own.
     path : path
         Folder that is written: ``NAME.h``, ``NAME.c``, ``NAME_selftest.c``, ``vectors.bin``,
-        ``manifest.json``; with a quadratic program ``NAME_program.c`` and its licence. Its parent must exist.
+        ``manifest.json``; with a quadratic program ``NAME_program.c`` and its licence. Folders in which it
+        lies are made.
     target : {"c99", "fmi2"}
         C99 in a folder, or an FMU of FMI 2.0 for co-simulation around it: `path` is then a file that ends in
         ``.fmu``.
@@ -100,6 +103,8 @@ def export(
         no compiler is there for it.
     RuntimeError
         When a compiler refuses the sources in `math`.
+    NotADirectoryError
+        When a file stands where a folder of `path` must be.
     FileExistsError
         When `path` holds another export and `overwrite` is False.
 
@@ -145,12 +150,8 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
         return thing
     told = getattr(type(thing), "__export__", None)
     if told is None:
-        raise TypeError(
-            "thing must be a SequencePolicy, an sdp.Policy, a LocusTable, a Locus, an Inversion, a"
-            " LocusController, a CycleController, a StagedController, a TorqueController, a"
-            " ForceController, a PredictiveController, a GeometryEstimator, a RecursiveLeastSquares, a"
-            f" RandomWalk, a Strategy or a Recipe; got {type(thing).__name__}"
-        )
+        rule = f"one of {', '.join(EXPORTED)}, table() or inversion() of a locus, or a codegen.Recipe"
+        raise TypeError(f"thing must be {rule}; got {type(thing).__name__}")
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe
 

@@ -212,6 +212,7 @@ class _Triangle:
             raise OverflowError(f"target is too far from what the values predict: {target:g}")
 
     def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
+        # by LAPACK, as all fits; `triangle_told`, which is exported, is equal to rounding
         size, (array, squared, sums) = self._size, self._parts()
         weight, squares, residual = (float(sums[k]) for k in (WEIGHT, SQUARES, RESIDUAL))
         rows = np.vstack([array[:, :size], np.zeros(size)])

@@ -143,7 +143,10 @@ def _variance(sums, size, half, noise_sd):
 def triangle_told(state, law, values, sds):
     """Fill `values` and `sds` (p,): estimate and standard deviations; return whether it is determined.
 
-    Infinite standard deviations where it is not. `law`: `TriangleLaw`.
+    Infinite standard deviations where it is not. `law`: `TriangleLaw`. The estimator itself takes singular
+    values by LAPACK, whose last bits are those of its build and processor: no C has them. Measured on 300
+    sets of rows each: both differ by 4 units in the last place in the median, 67 at most, for three values;
+    by 12 and 94 for eight.
     """
     size = law.size
     middle = size * (size + 1)

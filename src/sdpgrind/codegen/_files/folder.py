@@ -16,10 +16,16 @@ def check_free(path: Path, overwrite: bool) -> None:
     """Refuse a path that exists with other content than an export's, whether or not that is replaced."""
     if path.exists() and not path.is_dir():
         raise ValueError(f"path must be a folder, or not exist yet; got the file {os.fspath(path)!r}")
-    if not path.resolve().parent.is_dir():
-        raise FileNotFoundError(f"path must lie in an existing folder; got {os.fspath(path)!r}")
+    check_home(path)
     if path.is_dir() and any(path.iterdir()):
         _check_export(path)
+
+
+def check_home(path: Path) -> None:
+    """Refuse a path in which a file stands where a folder must be, or be made."""
+    home = next(one for one in path.resolve().parents if one.exists())
+    if not home.is_dir():
+        raise NotADirectoryError(f"path must lie in a folder; {os.fspath(path)!r} lies in the file {home}")
 
 
 def _check_export(path: Path) -> None:
@@ -80,6 +86,7 @@ def write_folder(path: Path, files: Mapping[str, bytes], overwrite: bool) -> Non
             told = f"overwrite must be True where path holds another export; got {os.fspath(path)!r}"
             raise FileExistsError(told)
     target = path.resolve()
+    target.parent.mkdir(parents=True, exist_ok=True)
     made = beside(target)
     try:
         made.mkdir()

@@ -53,6 +53,12 @@ _SOLVER = """
 /* Solves the quadratic program of a step; see {name}_program.c. */
 void {name}_solve(double *room);
 """
+_COPIED = """\
+    /* volatile: gcc 12 with AVX-512 writes a constant copy of {{NaN, NaN, 0, 0}} as four NaN */
+    const volatile double *fresh = {cells};
+    for (int64_t k = 0; k < {size}; k++) {{
+        state->s[k] = fresh[k];
+    }}"""
 _DOUBLE = 8  # derived: bytes of a double
 
 
@@ -195,7 +201,7 @@ def _reset(recipe: Recipe, name: str, program: CProgram, constants: list[Value])
     """Lines of `reset`: the kernel that starts, or the state as it is then."""
     if recipe.start is None:
         cells = program.table(recipe.state, "reset_state").code
-        return f"    (void)memcpy(state->s, {cells}, sizeof state->s);"
+        return _COPIED.format(cells=cells, size=f"{name.upper()}_STATE_SIZE")
     function, call = _call(program, recipe.start, [_row("state->s", recipe.state.size), *constants])
     fault = "    int32_t fault = 0;\n" if function.faults else ""
     return f"    (void)memset(state->s, 0, sizeof state->s);\n{fault}    {call};"

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from sdpgrind.base.whole_files import whole_file
-from sdpgrind.codegen._files.folder import listed
+from sdpgrind.codegen._files.folder import check_home, listed
 
 _DATE = (1980, 1, 1, 0, 0, 0)  # source: the first date that the format has
 _UNIX, _MODE = 3, 0o100644  # source: PKWARE's note on the format, 4.4.2; a file that its owner may write
@@ -32,8 +32,7 @@ def check_free(path: Path, overwrite: bool) -> None:
     shown = repr(os.fspath(path))
     if path.suffix != ".fmu":
         raise ValueError(f"path must end in .fmu for target='fmi2'; got {shown}")
-    if not path.resolve().parent.is_dir():
-        raise FileNotFoundError(f"path must lie in an existing folder; got {shown}")
+    check_home(path)
     if path.exists():
         _check_unit(path, shown)
 
@@ -48,6 +47,7 @@ def write_archive(path: Path, files: Mapping[str, bytes], overwrite: bool) -> No
         if not overwrite:
             told = f"overwrite must be True where path holds another export; got {os.fspath(path)!r}"
             raise FileExistsError(told)
+    path.resolve().parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as temporary:
         temporary.write_bytes(content)
 

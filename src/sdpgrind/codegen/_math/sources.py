@@ -16,6 +16,7 @@ _MORE = "erf erfc lgamma tgamma exp10 pow10 sincos"
 _OWN_BITS = frozenset(f"{LIBM} {_MORE}".split()) - {"fmod"}
 """Functions that C libraries compute with last bits of their own."""
 _LICENCE = re.compile(r"(licen[cs]e|copying|copyright)", re.IGNORECASE)
+_ASSEMBLY = (".s", ".S", ".asm")  # chosen: endings of what no C compiler translates for every target
 _GENERIC = "generic"  # source: musl and glibc: the folder of what no processor has of its own
 
 _MARKS = ("hidden",)  # source: musl, include/features.h of its build: not seen by other libraries
@@ -89,7 +90,22 @@ class _MathSearch:
     def require(self, name: str, otherwise: str) -> None:
         """Take the file that defines a function, which must be there."""
         if not self.take(name):
-            raise ValueError(f"{otherwise}; {str(self.path)!r} has no definition of it in a .c file")
+            raise ValueError(f"{otherwise}; {self._not_found(name)}")
+
+    def _not_found(self, name: str) -> str:
+        """Say where a function was looked for, where its name stands, and what would do."""
+        told = f"looked for {name}(...) {{ in the {len(self._sources)} .c files of {str(self.path)!r}"
+        whole = re.compile(rf"\b{name}\b".encode())
+        beside = [k for k, one in self._sources.items() if whole.search(one.content)]
+        other = [
+            k for k in self._all if PurePosixPath(k).suffix in _ASSEMBLY and PurePosixPath(k).stem == name
+        ]
+        if other:
+            told += f"; {other[0]} is assembly"
+        elif beside:
+            more = f" and {len(beside) - 1} more" if len(beside) > 1 else ""
+            told += f"; its name stands in {beside[0]}{more} without a body, as where a macro defines it"
+        return f"{told}: a folder with a C function of this name and its body would do"
 
     def take(self, name: str) -> bool:
         """Take the file that defines a name, and all that it reaches; whether there is one."""
@@ -112,7 +128,8 @@ class _MathSearch:
         least = min(len(PurePosixPath(one).parts) for one in every)
         nearest = [one for one in every if len(PurePosixPath(one).parts) == least]
         if len(nearest) > 1:
-            raise ValueError(f"math must be a folder in which {what} once; got it in {' and '.join(nearest)}")
+            got = f"got it in {' and '.join(nearest)}: name a folder that holds one of them"
+            raise ValueError(f"math must be a folder in which {what} once; {got}")
         return nearest[0]
 
     def _follow(self, unit: str) -> None:
@@ -151,8 +168,10 @@ class _MathSearch:
             return self._chosen(found, f"{wanted} stands")
         if wanted.removesuffix(".h") in HEADERS:
             return None
+        looked = f"looked for it beside that file and anywhere in {str(self.path)!r}"
         raise ValueError(
-            f"math must be a folder that has {wanted}, which its {name} includes; {self.path} has not"
+            f"math must be a folder that has {wanted}, which its {name} includes; {looked}: name the folder"
+            " above it in which both lie"
         )
 
     # -- result ----------------------------------------------------------------------------------------

@@ -41,12 +41,14 @@ def built_here(recipe: Recipe, name: str, files: Mapping[str, bytes]) -> Iterato
 
 def library_of(recipe: Recipe, source: Path, place: Path, name: str, compiler: str) -> Library:
     """Return the export in a folder as a library, built in `place`; a function must have been declared."""
+    flags = ("-O0", "-Werror=implicit-function-declaration")
+    rule = "math must be a folder whose sources compile with the headers of C and their own alone"
     try:
-        return Library(
-            source, place, name, sizes_of(recipe), compiler, "-O0", "-Werror=implicit-function-declaration"
-        )
+        return Library(source, place, name, sizes_of(recipe), compiler, *flags)
+    except RuntimeError as error:  # the compiler names the file
+        raise RuntimeError(f"{rule}; {error}") from None
     except OSError as error:
-        raise RuntimeError(f"{compiler} lacks something that the export needs: {error}") from None
+        raise RuntimeError(f"{rule}; {compiler} lacks something that the export needs: {error}") from None
 
 
 def distance(recipe: Recipe, begin: Callable[[], Library]) -> dict[str, Any]:

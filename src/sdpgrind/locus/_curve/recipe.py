@@ -15,6 +15,17 @@ from sdpgrind.locus._trace.table import LocusTable
 _STEPS = {1: kernels.exported_of_one, 2: kernels.exported_of_two, 3: kernels.exported_of_three}
 _BEYOND = 0.15  # chosen: share of the ranges by which controls and states of the self-test lie outside
 _NEAR = 0.02  # chosen: share of the responses by which the self-test varies them
+_OFF = (
+    0.0,
+    _NEAR,
+    -_NEAR,
+    100.0,
+    -100.0,
+    4e-16,
+    -4e-16,
+)  # chosen: by which responses are off; last: rounding
+_OFF_SHARES = (0.5, 0.1, 0.1, 0.1, 0.1, 0.05, 0.05)  # chosen: of the readings
+_FALLING = 0.1  # chosen: share of the readings with controls of the other sign: the response may fall
 _TABLES = {
     "search_tape": "responses and their slopes by controls and hidden state; the C has it written out",
     "search_table": "by the hidden state, packed as a locus table: the columns",
@@ -106,14 +117,16 @@ class _Searched:
         found, work = np.empty(self.sizes[1]), np.empty(self.sizes[0])
         tape_kernels.run(self.search.tape, np.array([*controls, state]), work, found)
         response = float(found[self.search.response])
-        off = rng.choice([0.0, _NEAR, -_NEAR, 100.0, -100.0], p=[0.6, 0.1, 0.1, 0.1, 0.1])
+        off = rng.choice(_OFF, p=_OFF_SHARES)
         return [response * (1.0 + off) if np.isfinite(response) else 1.0, *controls]
 
     def _controls(self, rng: np.random.Generator) -> list[float]:
         """Return controls about those of one node; about 1 where the table does not tell them."""
         node = self.table.columns[rng.integers(len(self.table.columns))]
         known = node if node.size == self.controls else np.ones(self.controls)
-        return list(map(float, known * rng.uniform(1.0 - _BEYOND, 1.0 + _BEYOND, self.controls)))
+        sign = np.where(rng.random(self.controls) < _FALLING, -1.0, 1.0)
+        varied = rng.uniform(1.0 - _BEYOND, 1.0 + _BEYOND, self.controls)
+        return list(map(float, sign * known * varied))
 
     @property
     def spread(self) -> tuple[float, ...]:

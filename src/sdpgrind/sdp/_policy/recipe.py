@@ -7,7 +7,9 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe, TablesAsked
+from sdpgrind.sdp._policy import bent_kernels
 from sdpgrind.sdp._policy import exported_kernels as kernels
+from sdpgrind.sdp._policy.bent_stop import bent_stop
 from sdpgrind.sdp._policy.meanings import meanings_of
 from sdpgrind.sdp._policy.small_choice import small_tables
 from sdpgrind.sdp._policy.small_tables import Codes
@@ -44,6 +46,9 @@ _TABLES = {
     "told_kind": "what is told beside the action: 0 gap, 1 value",
     "told_told": "gap, value at each node: slice, mode, node; multiples of their scale, or $",
     "told_coding": "offset and scale, $, and what stands for infinity",
+    "bent_cells": "1 where the charge of the first stop is bent within the cell: slice, mode, cell",
+    "bent_extra": "$ that come to it, by mode",
+    "bent_late": "$ that come to it, by slice",
     "lists": "listed controls of each code",
     "level": "number of the continuous control of each code; -1: none",
 }
@@ -56,18 +61,20 @@ def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
     told = asked.told(controls, tuple(_TOLD), ("gap",))
     small, notes = small_tables(policy, asked.precision, asked.lost_max, told)
     lists, level = _listed(policy, codes, controls)
-    log = any(axis.scale == "log" for axis in layout.axes)
+    log, bent = any(axis.scale == "log" for axis in layout.axes), bent_stop(policy)
     step = {
         (False, False): kernels.action_at, (False, True): kernels.action_log_at,
         (True, False): kernels.action_told_at, (True, True): kernels.action_told_log_at,
     }[bool(told), log]  # fmt: skip
+    if bent is not None:
+        step = bent_kernels.action_told_bent_at if told else bent_kernels.action_bent_at
     before = (0.0,) * ((len(layout.modes) == 1) + layout.endless)
     return Recipe(
         "policy",
         step,
         inputs,
         {**dict.fromkeys(controls, _UNKNOWN), **dict.fromkeys(told, "$")},
-        law=(*small.law, lists, level, codes.stops, *before),
+        law=(*small.law, *([] if bent is None else [bent]), lists, level, codes.stops, *before),
         after=(0.0,) * (3 - len(layout.axes)),
         ranges=_ranges(policy, inputs),
         meanings=meanings_of(policy, list(inputs), controls) | {name: _TOLD[name] for name in told},
@@ -95,14 +102,6 @@ def _check(policy: Any, several: bool) -> None:
     """Refuse what the look-up in C does not know; name the condition that fails."""
     if policy.single is None:
         raise checks.refuse("thing", "a policy of one to three axes", len(policy.layout.axes))
-    if policy.bent.any():
-        rule = (
-            "a policy of one axis with 'stop' at an end whose stop is charged along straight lines between"
-            " nodes (sdp.Linear, sdp.Constant): that of its stop is bent within cells in which it may stop"
-        )
-        sides = {side: getattr(policy.layout.edge_charge, side) for side in ("under", "over")}
-        told = ", ".join(f"{side} {type(one).__name__}" for side, one in sides.items())
-        raise checks.refuse("thing", rule, told)
     if several and policy.layout.endless:
         raise checks.refuse("thing", "a policy of one mode, where there is no deadline", policy.layout.modes)
 
@@ -162,23 +161,35 @@ class _TableStates:
         nodes[:, self._fixed :] = [
             [rng.choice(x) for x in self._policy.grid.coordinates] for _ in range(count)
         ]
-        rows = np.vstack([inside, outside, nodes, self._changing(rng)])
+        rows = np.vstack([inside, outside, nodes, self._changing(rng), self._bent(rng, count)])
         if len(self._policy.layout.modes) > 1:
             rows[:, 0] = np.rint(rows[:, 0])
             rows[:: max(count // 5, 1), 0] += 0.5  # some modes that are none
         return [rows]
 
+    def _bent(self, rng: np.random.Generator, count: int) -> Floats:
+        """Return states within cells in which the charge of the stop is bent."""
+        row, mode, cell = np.nonzero(self._policy.bent)
+        chosen = rng.choice(row.size, min(count, row.size), replace=False)
+        index = cell[chosen] + rng.uniform(0.0, 1.0, chosen.size)
+        return self._in_cells(row[chosen], mode[chosen], index)
+
     def _changing(self, rng: np.random.Generator) -> Floats:
         """Return states within cells that have lines."""
-        table, layout, count = self._table, self._policy.layout, self._policy.countdown
+        table = self._table
         group = np.repeat(np.arange(table.first.size - 1), np.diff(table.first))
         group, cell = np.tile(group, _ROUNDS), np.tile(table.cells[: table.first[-1]], _ROUNDS)
-        out = np.empty((group.size, len(self._extents)))
+        modes = len(self._policy.layout.modes)
+        return self._in_cells(group // modes, group % modes, cell + rng.uniform(0.0, 1.0, cell.size))
+
+    def _in_cells(self, row: Any, mode: Any, index: Any) -> Floats:
+        """Return states of slices and modes at positions on the one axis."""
+        layout, count = self._policy.layout, self._policy.countdown
+        out = np.empty((row.size, len(self._extents)))
         if len(self._policy.grid.axes) == 1:
-            out[:, -1] = self._policy.grid.coordinate(0, cell + rng.uniform(0.0, 1.0, cell.size))
-        modes = len(layout.modes)
-        if modes > 1:
-            out[:, 0] = group % modes
+            out[:, -1] = self._policy.grid.coordinate(0, index)
+        if len(layout.modes) > 1:
+            out[:, 0] = mode
         if not layout.endless:
-            out[:, self._fixed - 1] = count.time(group // modes)
+            out[:, self._fixed - 1] = count.time(row)
         return out
