@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -185,7 +186,7 @@ def program_of(
     if target in _OVER_TIME:
         return (_table if target == "csv" else _trajectory)(motion, head, allowed, name)
     _check_robot(motion, target)
-    _check_axes(motion, target, name)
+    check_axes(motion.problem.robot, target, name)
     _warn_of_maker(motion, target)
     text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
     return MotionProgram(text, allowed, target, name, motion)
@@ -253,15 +254,15 @@ def _warn_of_maker(motion: PlannedMotion, target: str) -> None:
         )
 
 
-def _check_axes(motion: PlannedMotion, target: str, name: str) -> None:
+def check_axes(robot: Any, target: str, name: str) -> None:
     """Refuse axes that carry the work where the controller has none, too many, or not of that name."""
-    names = axis_names(motion.problem.robot)
+    names = axis_names(robot)
     if names and target == "urscript":
         raise ValueError(
             f"robot must be one whose work rests for urscript, as a UR controller has no external axes; got"
             f" {', '.join(names)}; take csv or ros, which tell all joints over time"
         )
-    most = {"rapid": rapid.AXES_MAX, "krl": krl.AXES_MAX}.get(target, 0)
+    most = {"rapid": rapid.AXES_MAX, "krl": krl.AXES_MAX}.get(target, len(names))
     if len(names) > most:
         raise ValueError(
             f"axes that carry the work must be at most {most} in {target}; got {len(names)}; take csv or ros"
