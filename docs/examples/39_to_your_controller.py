@@ -31,9 +31,7 @@ found = program.check()
 print(f"{1e3 * found.deviation:.1f} µm and {1e3 * found.angle_deviation:.2f} mrad from the plan")
 print(f"feeds beyond the planned ones: {max(found.feed_excess, 0.0):.2g} mm/s")
 deviations = np.array([0.005, 0.01, 0.02, 0.05, 0.1])
-warnings.simplefilter(
-    "ignore"
-)  # KRL and RAPID for a UR10: a warning names the language that its controller takes
+warnings.filterwarnings("ignore", ".* is not the language of")  # it names that of a UR10, URScript
 moves = [motion.program("krl", deviation=each).text.count("LIN ") for each in deviations]
 figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
 axes.loglog(deviations, moves, "o-")

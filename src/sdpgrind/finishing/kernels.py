@@ -17,7 +17,8 @@ Indices of the axis state: `ANGLE`, `SPEED`, `MEAN_TORQUE`; of a controller stat
 
 Hidden physics of a simulated cell: `cell`, its compiled steps; `course_of` a motion; `CellTruth`,
 `CellScatter`, `HeightField`; `check_pressed` refuses a tool that no torque presses. `worth_of` the placement
-of a problem is the least margin of its joints; `check_options` refuses what no program has.
+of a problem is the least margin of its joints; `check_options` refuses what no program has, `check_axes` a
+robot whose work is carried by axes that the controller of a program lacks.
 """
 
 from sdpgrind.base.states import places, width
@@ -28,7 +29,7 @@ from sdpgrind.finishing._plant.part import cell_settings, forces_of, roughness_o
 from sdpgrind.finishing._plant.truth import CellScatter, CellTruth
 from sdpgrind.finishing._problem.place import worth_of
 from sdpgrind.finishing._problem.problem import check_pressed
-from sdpgrind.finishing._program.program import check_options
+from sdpgrind.finishing._program.program import check_axes, check_options
 from sdpgrind.finishing.timing._table_kernels import TABLE, table_step
 from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import (
@@ -62,6 +63,7 @@ __all__ = [
     "axis_tick",
     "cell",
     "cell_settings",
+    "check_axes",
     "check_options",
     "check_pressed",
     "controller_sample",

@@ -226,14 +226,18 @@ def test_what_is_refused_by_name():
     with pytest.raises(ValueError, match=r"no external axes; got turntable; take csv or ros"):
         motion.program("urscript", timing=True)
     with pytest.raises(
-        ValueError, match=r"name of the axis that carries the work must be a letter, .*'turntable'"
+        ValueError, match=r"name of an axis that carries the work must be a letter, .*'turntable'"
     ):
         motion.program("rapid", name="turntable")
     named = finishing.arm.MountedRobot(HELD, axes=(TABLE,), axis_names=("wait",))
     other = finishing.plan(ring(robot=named), method="trapezoid")
-    with pytest.raises(ValueError, match="the mechanical unit in rapid; got 'wait'"):
+    with pytest.raises(ValueError, match="it is the mechanical unit; got 'wait'"):
         other.program("rapid")
     assert other.program("krl").check().deviation <= 0.02
+    strange = finishing.arm.MountedRobot(HELD, axes=(TABLE,), axis_names=("Drehtisch_ä",))
+    for target in ("rapid", "krl"):
+        with pytest.raises(ValueError, match=f"at most 32 in {target}.*got 'Drehtisch_ä'"):
+            finishing.plan(ring(robot=strange), method="trapezoid").program(target)
     three = finishing.arm.mounted(
         HELD,
         a=RAIL.replace(positions=1),

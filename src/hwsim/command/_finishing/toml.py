@@ -19,7 +19,7 @@ from hwsim.plants._finishing.plant import FinishingCell
 from sdpgrind import finishing
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import units_of
-from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField, check_options
+from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField, check_axes, check_options
 from sdpgrind.finishing.path import LiftedPath
 
 NORMAL_FORCE = 1.111  # default force, N; source: the middle level of Wang and Jan (2001)
@@ -73,6 +73,8 @@ def _job(file: Table, folder: Path, target: str | None) -> Job:
     path = path_of(surface, file.table("path"))
     tool = file.maybe("tool")
     robot = robot_of(file.table("robot"), folder) if file.has("robot") else None
+    if target is not None:  # before the motion is planned
+        file.maybe("program").made(check_axes, robot, target, program.get("name", "finishing"))
     problem = _problem(path, tool, robot)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
     if not problem.pressed:

@@ -137,7 +137,7 @@ def head(names: Sequence[str]) -> Iterator[str]:
         axes = ", ".join(f"{name} is E{k}" for k, name in enumerate(names, 1))
         yield "frames: $TOOL is the contact in the flange; $BASE moves with the external kinematic in"
         yield f"MACHINE_DEF[{MACHINE}], coupled by EK (change the index if yours is another)"
-        yield f"its axes: {axes}"
+        yield f"its axes, synchronous ones: {axes}"
     else:
         yield "frames: $TOOL is the contact in the flange, $BASE the work in the base of the robot"
     yield "units: mm, deg, s; $VEL.CP in m/s; S and T from the model's branch and joints"

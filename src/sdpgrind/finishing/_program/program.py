@@ -3,9 +3,10 @@
 import hashlib
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -185,7 +186,7 @@ def program_of(
     if target in _OVER_TIME:
         return (_table if target == "csv" else _trajectory)(motion, head, allowed, name)
     _check_robot(motion, target)
-    _check_axes(motion, target, name)
+    check_axes(motion.problem.robot, target, name)
     _warn_of_maker(motion, target)
     text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
     return MotionProgram(text, allowed, target, name, motion)
@@ -224,10 +225,10 @@ def _check_name(target: str, name: str) -> None:
         raise checks.refuse("name", rule, name)
 
 
-def _is_word(name: str, longest: int) -> bool:
-    """Whether a program may hold a name."""
+def _is_word(name: str, longest: int, others: Collection[str] = _RESERVED) -> bool:
+    """Whether a program may hold a name, which is none of others in lower case."""
     fits = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name)
-    return bool(fits) and len(name) <= longest and name.lower() not in _RESERVED
+    return bool(fits) and len(name) <= longest and name.lower() not in others
 
 
 def _check_robot(motion: PlannedMotion, target: str) -> None:
@@ -253,23 +254,25 @@ def _warn_of_maker(motion: PlannedMotion, target: str) -> None:
         )
 
 
-def _check_axes(motion: PlannedMotion, target: str, name: str) -> None:
+def check_axes(robot: Any, target: str, name: str) -> None:
     """Refuse axes that carry the work where the controller has none, too many, or not of that name."""
-    names = axis_names(motion.problem.robot)
+    names = axis_names(robot)
     if names and target == "urscript":
         raise ValueError(
             f"robot must be one whose work rests for urscript, as a UR controller has no external axes; got"
             f" {', '.join(names)}; take csv or ros, which tell all joints over time"
         )
-    most = {"rapid": rapid.AXES_MAX, "krl": krl.AXES_MAX}.get(target, 0)
+    most = {"rapid": rapid.AXES_MAX, "krl": krl.AXES_MAX}.get(target, len(names))
     if len(names) > most:
         raise ValueError(
             f"axes that carry the work must be at most {most} in {target}; got {len(names)}; take csv or ros"
         )
-    unit = names[-1] if names and target == "rapid" else ""
-    if unit and (not _is_word(unit, _UNIT) or unit.lower() == name.lower()):
-        rule = f"a letter, then letters, digits and _, at most {_UNIT}: it is the mechanical unit in rapid"
-        raise checks.refuse("name of the axis that carries the work", rule, unit)
+    for each in names if target in ("rapid", "krl") else ():
+        unit = target == "rapid" and each == names[-1]
+        if not _is_word(each, _UNIT, _RESERVED if unit else ()) or (unit and each.lower() == name.lower()):
+            rule = f"a letter, then letters, digits and _, at most {_UNIT}"
+            more = ", and no word of it or name of the program: it is the mechanical unit" if unit else ""
+            raise checks.refuse("name of an axis that carries the work", f"{rule} in {target}{more}", each)
 
 
 def _check_spin(motion: PlannedMotion) -> None:
