@@ -111,21 +111,31 @@ def _removed(s: Any, c: Any) -> Any:
     return sdp.LogNormal(0.004 * c.strokes, 0.0008 * c.strokes)
 
 
-def hone(under: Any = None) -> Any:
+def hone() -> Any:
     """One axis, no deadline, a charge of too little stock."""
     moves = [
         sdp.Move("hone", {"strokes": sdp.Levels(1.0, 9.0, 5)}, sdp.Shift("stock", _removed),
                  charge=lambda s, c: 0.3 + 0.02 * c.strokes),
         sdp.Move("lap", {"strokes": [2.0, 4.0]}, sdp.Shift("stock", _removed), charge=0.4),
     ]  # fmt: skip
-    stop = sdp.Stop("done", sdp.Charge(under=under or sdp.Linear(200.0), over=sdp.Linear(900.0)))
+    stop = sdp.Stop("done", sdp.Charge(under=sdp.Linear(200.0), over=sdp.Linear(900.0)))
     stock = sdp.Axis("stock", 0.0, 0.04, 21, "mm", below="stop")
     return sdp.plan(sdp.Problem([stock], moves, [stop], sdp.Forever()))
 
 
 def bent() -> Any:
-    """The charge of the stop is bent within cells."""
-    return hone(sdp.Quadratic(1e5))
+    """The charge of the stop is bent within cells, on both sides of a target on the axis; two modes."""
+    axis = sdp.Axis("height", -0.5, 2.0, 26, "mm", below="stop", above="hold")
+    levels = {"mean": sdp.Levels(0.05, 0.6, 9)}
+    moves = [
+        sdp.Move("grind", levels, sdp.Shift("height", lambda s, c: sdp.Rayleigh(c.mean, 0.3 * c.mean)),
+                 charge=lambda s, c: 0.02 + 0.1 * (s.mode == 1)),
+        sdp.Move("wait", {}, sdp.Stay(), charge=0.05, into="one"),
+    ]  # fmt: skip
+    stop = sdp.Stop("stop", sdp.Charge(under=sdp.Quadratic(1.0), over=sdp.Quadratic(9.0)))
+    return sdp.plan(
+        sdp.Problem([axis], moves, [stop], sdp.Stages(4, 2.0, "left", "s"), modes=("one", "other"))
+    )
 
 
 def _axes(count: int) -> list[Any]:

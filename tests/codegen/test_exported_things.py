@@ -6,11 +6,11 @@ import shutil
 
 import numpy as np
 import pytest
+from codegen_inside import LocusTable
 
 import hwsim
 import sdpgrind
 from sdpgrind import finishing, plunge, weldbead
-from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.weldbead import force
 
 pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")

@@ -42,7 +42,7 @@ _CHAIN = 64  # chosen: states of a chain of the self-test
 _FAR = 0.2  # chosen: share of beliefs far from 1
 # chosen: states for which no stroke may be long enough: greatest offset, friction beyond the tables
 _LONG = 5
-_SPREAD = (0.01, 0.1, 0.3)  # chosen: offset over the greatest one, friction scale, evidence
+_SPREAD = (1e-3, 0.1, 0.3)  # chosen: offset over the greatest one, friction scale, evidence
 
 
 def recipe_of(strategy: Any, tables: tuple[Any, ...], greatest: float) -> Recipe:
@@ -80,7 +80,7 @@ def recipe_of(strategy: Any, tables: tuple[Any, ...], greatest: float) -> Recipe
         tables=_TABLES,
         status=("push", "centred"),
         equations="least expected time by dynamic programming; stroke of the wanted mean travel",
-        vectors=_PushStates(float(strategy.finish), greatest, value.shape[0]).chains,
+        vectors=_PushStates(float(strategy.finish), greatest, value.shape[0], axes).chains,
         spread=(_SPREAD[0] * greatest, *_SPREAD[1:]),
         kind="Strategy",
     )  # fmt: skip
@@ -88,15 +88,27 @@ def recipe_of(strategy: Any, tables: tuple[Any, ...], greatest: float) -> Recipe
 
 @dataclass(frozen=True)
 class _PushStates:
-    """States: offsets from centred to the greatest, beliefs near 1 and far from it, few pushes and many."""
+    """States: offsets from centred to the greatest, beliefs near 1 and far from it, few pushes and many.
+
+    And one about each node of the tables, whose numbers few other states read.
+    """
 
     finish: float
     greatest: float
     modes: int
+    axes: tuple[float, ...]
 
     def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
         """Return about `count` states (mm, 1, 1) in chains."""
-        return [self._one(rng) for _ in range(max(count // _CHAIN, 1))]
+        return [*(self._one(rng) for _ in range(max(count // _CHAIN, 1))), self._nodes(rng)]
+
+    def _nodes(self, rng: np.random.Generator) -> Floats:
+        """States about all nodes: pushes seen, offset, friction scale."""
+        log_low, log_step, offsets, low, step, frictions = self.axes
+        nodes = np.indices((self.modes, int(offsets), int(frictions))).reshape(3, -1)
+        pushes, place, scale = nodes + rng.uniform(-0.5, 0.5, nodes.shape)
+        offset = np.clip(np.exp(log_low + log_step * place), self.finish, self.greatest)
+        return np.column_stack([offset, np.maximum(low + step * scale, 0.0), WORTH * np.maximum(pushes, 0.0)])
 
     def _one(self, rng: np.random.Generator) -> Floats:
         offset = np.exp(rng.uniform(np.log(0.5 * self.finish), np.log(self.greatest), _CHAIN))
