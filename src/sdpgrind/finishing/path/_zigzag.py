@@ -72,10 +72,8 @@ def zigzag(
         the same area. ``"geodesic"``: curves of constant distance from the border v = 0, with a constant gap;
         where they meet the other border passes end, and a last pass follows that border. Turns of more than
         0.3 rad in a node are sharp corners. Where fronts from two parts of the border meet, a pass has a
-        kink, which nodes a pitch apart cut off: gaps there are wider than the pitch. On the ``"steep"`` one
-        of `uneven_surfaces` the widest is 1.01 pitches at 4 mm, 1.10 at 2 mm, 1.21 at 1 mm and 1.24 at 0.5
-        mm; 1.03 at 2 mm and at 1 mm with nodes four times as close. On the ``"weighted"`` one along v it is
-        1.02 pitches.
+        kink, which nodes a pitch apart cut off: gaps there are wider than the pitch, up to twice as wide where
+        fronts meet head-on. On other surfaces the widest is 1.02 pitches.
     along : {"u", "v"}
         Direction of the passes. "v": u and v change places in this text.
     radius : float
