@@ -11,7 +11,7 @@ from sdpgrind.base.compiling.compiled import compiled
 
 # Around a node in two steps, in order: each with the next spans one of eight triangles.
 _NEIGHBOURS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
-_GRID = (1, 0, 0, 1)  # steps of the grid, in nodes
+_GRID = (1, 0, 0, 1)  # derived: steps of the grid itself, in nodes
 
 
 @compiled
