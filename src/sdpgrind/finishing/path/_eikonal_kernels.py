@@ -1,11 +1,17 @@
-"""Distance from a border in the metric of a surface, grad d . M^-1 . grad d = 1, on a grid by sweeps."""
+"""Distance from a border in the metric of a surface, grad d . M^-1 . grad d = 1, on a grid by sweeps.
+
+A node takes its distance through one of eight triangles around it. An obtuse triangle would need a node that
+is farther from the border than the one in question, and distances would come too long whatever the grid. So
+where steps of the grid span one, two shorter ones take their place: those of the lattice, reduced by Gauss.
+"""
 
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
 
-# Around a node, in order: each with the next spans one of eight triangles.
+# Around a node in two steps, in order: each with the next spans one of eight triangles.
 _NEIGHBOURS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
+_GRID = (1, 0, 0, 1)  # derived: steps of the grid itself, in nodes
 
 
 @compiled
@@ -16,17 +22,21 @@ def sweep(E, F, G, d, most):
     """
     n, m = d.shape
     least = 1e-9 * np.sqrt(min(E.max(), G.max()))
+    changed = np.where(d < np.inf, 0, -1)  # sweep in which a node last changed
     for rounds in range(1, most + 1):
         change = 0.0
         for corner in range(4):
+            number = 4 * (rounds - 1) + corner + 1
             for a in range(n):
                 i = a if corner & 1 == 0 else n - 1 - a
                 for b in range(m):
                     j = b if corner & 2 == 0 else m - 1 - b
-                    found = _first(E[i, j], F[i, j], G[i, j], d, i, j)[0]
+                    if _settled(E[i, j], F[i, j], G[i, j], changed, i, j, number - 1):
+                        continue
+                    found = _least(E[i, j], F[i, j], G[i, j], d, i, j)[0]
                     if found < d[i, j]:
                         change = max(change, d[i, j] - found)
-                        d[i, j] = found
+                        d[i, j], changed[i, j] = found, number
         if change <= least:
             return rounds
     return most + 1
@@ -40,24 +50,69 @@ def refine(E, F, G, d, known, order, fixed):
     """
     for k in order:
         i, j = k // d.shape[1], k % d.shape[1]
-        found, triangle, edge = _first(E[i, j], F[i, j], G[i, j], known, i, j)
+        found, triangle, edge, metric, steps = _least(E[i, j], F[i, j], G[i, j], known, i, j)
         if found < np.inf and not fixed[k]:
-            d[i, j] = _second(E[i, j], F[i, j], G[i, j], known, i, j, found, triangle, edge)
+            d[i, j] = _second(*metric, steps, known, i, j, found, triangle, edge)
         known[i, j] = d[i, j]
 
 
 @compiled
-def _first(e, f, g, d, i, j):
+def _settled(e, f, g, changed, i, j, since):
+    """Whether no node has changed `since` through which a node may take its distance."""
+    for steps in (_acute(e, f, g)[1], _GRID):
+        for k in range(8):
+            p, q = _node(steps, i, j, k, 1)
+            if 0 <= p < changed.shape[0] and 0 <= q < changed.shape[1] and changed[p, q] >= since:
+                return False
+    return True
+
+
+@compiled
+def _least(e, f, g, d, i, j):
+    """Least distance of a node, first order, with the triangle, whether an edge, their metric and steps.
+
+    Near the border of the grid, where some of the shorter steps leave it, those of the grid are tried, too.
+    """
+    metric, steps = _acute(e, f, g)
+    best, triangle, edge = _first(*metric, steps, d, i, j)
+    a, b = abs(steps[0]) + abs(steps[2]), abs(steps[1]) + abs(steps[3])
+    if (a > 1 or b > 1) and not (a <= i < d.shape[0] - a and b <= j < d.shape[1] - b):
+        found, other, line = _first(e, f, g, _GRID, d, i, j)
+        if found < best:
+            return found, other, line, (e, f, g), _GRID
+    return best, triangle, edge, metric, steps
+
+
+@compiled
+def _acute(e, f, g):
+    """Metric for two steps that span no obtuse triangle around a node, and the steps (p0, p1, q0, q1)."""
+    p0, p1, q0, q1 = _GRID
+    while abs(f) > min(e, g):
+        if e < g:
+            times = round(f / e)
+            q0, q1 = q0 - times * p0, q1 - times * p1
+            g += times * (times * e - 2.0 * f)
+            f -= times * e
+        else:
+            times = round(f / g)
+            p0, p1 = p0 - times * q0, p1 - times * q1
+            e += times * (times * g - 2.0 * f)
+            f -= times * g
+    return (e, f, g), (p0, p1, q0, q1)
+
+
+@compiled
+def _first(e, f, g, steps, d, i, j):
     """Least distance of a node through triangles or edges, first order; the triangle; whether an edge."""
     best, triangle, edge = np.inf, 0, False
     for k in range(8):
-        near = _at(d, i, j, k, 1)
+        near = _at(d, steps, i, j, k, 1)
         if near < np.inf:
             a0, a1 = _NEIGHBOURS[k]
             found = near + np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1)
             if found < best:
                 best, triangle, edge = found, k, True
-            other = _at(d, i, j, (k + 1) % 8, 1)
+            other = _at(d, steps, i, j, (k + 1) % 8, 1)
             if other < np.inf:
                 found = _through(e, f, g, k, 1.0, near, 1.0, other)
                 if found <= best:
@@ -66,22 +121,22 @@ def _first(e, f, g, d, i, j):
 
 
 @compiled
-def _second(e, f, g, d, i, j, first, k, edge):
+def _second(e, f, g, steps, d, i, j, first, k, edge):
     """Distance through the best triangle or edge, second order where the neighbours behind allow it."""
-    wa, ra = _behind(e, f, g, d, i, j, k)
+    wa, ra = _behind(e, f, g, steps, d, i, j, k)
     if edge:
         a0, a1 = _NEIGHBOURS[k]
         found = (np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1) + ra) / wa
     else:
-        wb, rb = _behind(e, f, g, d, i, j, (k + 1) % 8)
+        wb, rb = _behind(e, f, g, steps, d, i, j, (k + 1) % 8)
         found = _through(e, f, g, k, wa, ra, wb, rb)
     return found if found < np.inf else first
 
 
 @compiled
-def _behind(e, f, g, d, i, j, k):
+def _behind(e, f, g, steps, d, i, j, k):
     """Weight w and rest r of the slope w d - r from a neighbour: three nodes where d2 fits, else two."""
-    near, far = _at(d, i, j, k, 1), _at(d, i, j, k, 2)
+    near, far = _at(d, steps, i, j, k, 1), _at(d, steps, i, j, k, 2)
     a0, a1 = _NEIGHBOURS[k]
     rise = near - far
     if 0.0 <= rise <= 3.0 * np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1):
@@ -90,10 +145,17 @@ def _behind(e, f, g, d, i, j, k):
 
 
 @compiled
-def _at(d, i, j, k, steps):
-    """Distance of the node at `steps` in direction k; inf: none, or unknown."""
-    p, q = i + steps * _NEIGHBOURS[k, 0], j + steps * _NEIGHBOURS[k, 1]
+def _at(d, steps, i, j, k, times):
+    """Distance of the node `times` in direction k; inf: none, or unknown."""
+    p, q = _node(steps, i, j, k, times)
     return d[p, q] if 0 <= p < d.shape[0] and 0 <= q < d.shape[1] else np.inf
+
+
+@compiled
+def _node(steps, i, j, k, times):
+    """Node `times` in direction k."""
+    a, b = times * _NEIGHBOURS[k, 0], times * _NEIGHBOURS[k, 1]
+    return i + a * steps[0] + b * steps[2], j + a * steps[1] + b * steps[3]
 
 
 @compiled

@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import NamedTuple, Self
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PPoly
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Bools, Floats
@@ -24,7 +24,7 @@ class PathPass:
 
     s: Floats
     c: Floats
-    curve: CubicSpline | None = None
+    curve: PPoly | None = None
 
     @classmethod
     def straight(cls, s: Floats, c: float) -> Self:
@@ -32,7 +32,7 @@ class PathPass:
         return cls(s, np.full(s.size, c))
 
     @classmethod
-    def curved(cls, s: Floats, curve: CubicSpline) -> Self:
+    def curved(cls, s: Floats, curve: PPoly) -> Self:
         """Return a pass on a curve."""
         return cls(s, np.asarray(curve(s)), curve)
 

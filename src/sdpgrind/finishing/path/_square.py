@@ -31,6 +31,11 @@ class Square:
         pair = np.broadcast_arrays(s, c)
         return np.stack(pair if self.along == "u" else pair[::-1], axis=-1)
 
+    def points(self, s: Floats, c: Floats) -> Floats:
+        """Points (n, 3) on the surface, mm, at places s (n,) and c (n,)."""
+        u, v = np.ascontiguousarray(self._moved(self.nodes(s, c), 0)[:, 0].T)
+        return self.surface.point(u, v)
+
     def tangents(self, s: Floats, c: Floats) -> tuple[Floats, Floats]:
         """Derivatives Q_s, Q_c (..., 3) on the surface, mm."""
         by_s, by_c = self._derivatives(self.nodes(s, c), (True, False))

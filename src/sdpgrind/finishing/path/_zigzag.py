@@ -5,12 +5,14 @@ from typing import overload
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._geodesic_passes import geodesic_nodes
 from sdpgrind.finishing.path._lift import Lift
 from sdpgrind.finishing.path._lifted_path import LiftedPath
 from sdpgrind.finishing.path._passes import PathPass, joined
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._pieces import lifted, patch_of
+from sdpgrind.finishing.path._shock_passes import on_the_work
 from sdpgrind.finishing.path._spacing import Gaps, equal_spacing, even_spacing
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.path._trimmed import LONGEST, TrimmedSquare, trimmed_passes
@@ -71,11 +73,10 @@ def zigzag(
         all pairs equal. ``"parametric"``: lines evenly apart in the parameter. ``"equal_area"``: strips of
         the same area. ``"geodesic"``: curves of constant distance from the border v = 0, with a constant gap;
         where they meet the other border passes end, and a last pass follows that border. Turns of more than
-        0.3 rad in a node are sharp corners. Where fronts from two parts of the border meet, a pass has a
-        kink, which nodes a pitch apart cut off: gaps there are wider than the pitch. On the ``"steep"`` one
-        of `uneven_surfaces` the widest is 1.01 pitches at 4 mm, 1.10 at 2 mm, 1.21 at 1 mm and 1.24 at 0.5
-        mm; 1.03 at 2 mm and at 1 mm with nodes four times as close. On the ``"weighted"`` one along v it is
-        1.02 pitches.
+        0.3 rad in a node are sharp corners. Where fronts from two parts of the border meet, along a shock,
+        passes have kinks. Where gaps would exceed 1.03 pitches by that, or as nodes a pitch apart cut bends
+        off, nodes are closer together, and pieces of their own go along the shocks: on the work, beginning at
+        the end of the last pass, or with `lift` by lifts.
     along : {"u", "v"}
         Direction of the passes. "v": u and v change places in this text.
     radius : float
@@ -130,15 +131,38 @@ def zigzag(
         found = trimmed_passes(TrimmedSquare(patch, square, away, pull), lines, columns, pitch, longest)
         return lifted(patch, [square.nodes(*each.T) for each in found], square.mapping, "zigzag", lift)
     if mapping == "geodesic":
-        places, corners = geodesic_nodes(square, pitch, columns, float(lines[-1]), radius)
-    else:
-        places, corners = joined(square, [PathPass.straight(columns, line) for line in lines], radius)
-    given = corners if radius or mapping == "geodesic" else None
-    nodes = square.nodes(*places.T)
+        return _geodesic(patch, square, pitch, columns, float(lines[-1]), radius, lift)
+    places, corners = joined(square, [PathPass.straight(columns, line) for line in lines], radius)
+    nodes, given = square.nodes(*places.T), corners if radius else None
     path = Path(
         surface, nodes, mapping=square.mapping, pattern="zigzag", corners=given, smooth=given is not None
     )
     return path if lift is None else LiftedPath(patch, path, lift=checks.kind("lift", lift, Lift))
+
+
+def _geodesic(
+    patch: Patch,
+    square: Square,
+    pitch: float,
+    columns: Floats,
+    top: float,
+    radius: float,
+    lift: Lift | None,
+) -> Path | LiftedPath:
+    """Passes of equal distance, then those along shocks: on the work, or by lifts where these are given."""
+    places, corners, shocks = geodesic_nodes(square, pitch, columns, top, radius)
+    starts = tuple(np.cumsum([0, len(places), *(len(each) for each in shocks[:-1])]).tolist())
+    if lift is None:
+        places, corners = on_the_work(square, places, corners, shocks, pitch)
+    else:
+        places = np.concatenate([places, *shocks])
+        corners = np.concatenate([corners, np.zeros(len(places) - len(corners), bool)])
+    nodes = square.nodes(*places.T)
+    path = Path(square.surface, nodes, mapping=square.mapping, pattern="zigzag", corners=corners, smooth=True)
+    if lift is None:
+        return path
+    lift = checks.kind("lift", lift, Lift)
+    return LiftedPath(patch, path, starts=starts if shocks else (0,), lift=lift)
 
 
 def _refuse_trimmed(mapping: str, radius: float, where: str) -> None:
