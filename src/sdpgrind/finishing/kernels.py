@@ -29,7 +29,7 @@ from sdpgrind.finishing._plant.part import cell_settings, forces_of, roughness_o
 from sdpgrind.finishing._plant.truth import CellScatter, CellTruth
 from sdpgrind.finishing._problem.place import worth_of
 from sdpgrind.finishing._problem.problem import check_pressed
-from sdpgrind.finishing._program.program import check_axes, check_options
+from sdpgrind.finishing._program.options import check_axes, check_options
 from sdpgrind.finishing.timing._table_kernels import TABLE, table_step
 from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import (

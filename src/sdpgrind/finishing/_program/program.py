@@ -3,23 +3,20 @@
 import hashlib
 import os
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.programs import Program
-from sdpgrind.base.quantities import another_unit
 from sdpgrind.base.stored import encode
-from sdpgrind.base.warned import warn
 from sdpgrind.base.whole_files import whole_file
 from sdpgrind.finishing._program import krl, rapid, urscript
 from sdpgrind.finishing._program.blocks import Blocks, blocks_of, joined
-from sdpgrind.finishing._program.carriers import alone, axis_names, axis_units, described_unit, unit_frame
+from sdpgrind.finishing._program.carriers import axis_names, axis_units, described_unit, unit_frame
 from sdpgrind.finishing._program.compare import MotionCheck
 from sdpgrind.finishing._program.course import (
     PlannedMotion,
@@ -31,34 +28,24 @@ from sdpgrind.finishing._program.course import (
 )
 from sdpgrind.finishing._program.cuts import parts_of, rests_in_air
 from sdpgrind.finishing._program.form import TextForm
+from sdpgrind.finishing._program.options import (
+    NAMES,
+    OVER_TIME,
+    check_axes,
+    check_options,
+    check_robot,
+    check_spin,
+    warn_of_maker,
+)
 from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing._program.table import table
 from sdpgrind.finishing._program.trajectory import trajectory
 from sdpgrind.finishing._program.turns import inverse, turns_of
-from sdpgrind.finishing.arm._robot_presets import maker_of
-from sdpgrind.finishing.arm._serial import SerialRobot
 from sdpgrind.finishing.path._lifted_course import LiftedCourse
 
-TARGETS = ("urscript", "rapid", "krl", "csv", "ros")
 ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv", "ros": ".json"}
-_OVER_TIME = ("csv", "ros")  # joints over time, whatever the robot
-_USUAL, _TYPICAL = (0.002, 5.0), 0.02  # mm, chosen: rounding of the numbers to what no finishing needs
-# source: KRL 24 characters; RAPID 32, two of them for p_, t_, w_; others: chosen
-_NAMES = {"urscript": 60, "rapid": 30, "krl": 24, "csv": 60, "ros": 60}
-_UNIT = 32  # source: RAPID, characters of an identifier
 _POINTS = 5000  # source: specification, size of a KRL program that its editor takes
-_TURNED = 0.35  # rad, source: specification, greatest turn of a joint from pose to pose
-_STILL = 1e-6  # rad, chosen: turn of a tool at rest that is rounding
 _SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
-# source: words of URScript, RAPID and KRL that a program of ours uses, or that no program may be called
-_WORDS = (
-    "def end module endmodule proc endproc if elif else endif while for return thread halt exit stop stopl",
-    "stopj movej movel movec movep servoj set_tcp pose_trans pose_inv p work true false and or not global",
-    "local sleep moveabsj speeddata zonedata tooldata wobjdata robtarget jointtarget pers const var num bool",
-    "string tperror lin ptp circ bas wait int real frame pos axis e6pos signal loop repeat until switch case",
-    "default enum",
-)
-_RESERVED = frozenset(" ".join(_WORDS).split())
 
 
 @dataclass(frozen=True, repr=False)
@@ -181,110 +168,15 @@ def program_of(
 ) -> MotionProgram:
     """Write a motion as a program after a check of the arguments, see `Motion.program`."""
     allowed = check_options(target, deviation=deviation, name=name, timing=timing, date=date)
-    _check_spin(motion)
+    check_spin(motion)
     head = list(_head(motion, target, allowed, name, date))
-    if target in _OVER_TIME:
+    if target in OVER_TIME:
         return (_table if target == "csv" else _trajectory)(motion, head, allowed, name)
-    _check_robot(motion, target)
+    check_robot(motion, target)
     check_axes(motion.problem.robot, target, name)
-    _warn_of_maker(motion, target)
+    warn_of_maker(motion, target)
     text = _stream(motion, head, name) if timing else _lines(motion, target, head, name, allowed)
     return MotionProgram(text, allowed, target, name, motion)
-
-
-def check_options(
-    target: str,
-    *,
-    deviation: float = _TYPICAL,
-    name: str = "finishing",
-    timing: bool = False,
-    date: str | None = None,
-) -> float:
-    """Refuse options that no program of a target has, before there is a motion; return the deviation, mm."""
-    checks.one_of("target", target, TARGETS)
-    allowed = _deviation(deviation)
-    _check_name(target, name)
-    if checks.kind("timing", timing, bool) and target not in ("urscript", *_OVER_TIME):
-        raise ValueError(f"timing must be False for {target}, which keeps no times; take urscript or csv")
-    if date is not None and not (checks.kind("date", date, str).isascii() and date.isprintable()):
-        raise checks.refuse("date", "a line of ASCII", date)
-    return allowed
-
-
-def _deviation(value: float) -> float:
-    number = checks.positive("deviation", value, "mm")
-    if not _USUAL[0] <= number <= _USUAL[1]:
-        raise ValueError(another_unit("deviation", value, "mm", _USUAL, _TYPICAL))
-    return number
-
-
-def _check_name(target: str, name: str) -> None:
-    longest = _NAMES[target]
-    if not _is_word(checks.kind("name", name, str), longest):
-        rule = f"a letter, then letters, digits and _, at most {longest} in {target}, and no word of it"
-        raise checks.refuse("name", rule, name)
-
-
-def _is_word(name: str, longest: int, others: Collection[str] = _RESERVED) -> bool:
-    """Whether a program may hold a name, which is none of others in lower case."""
-    fits = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name)
-    return bool(fits) and len(name) <= longest and name.lower() not in others
-
-
-def _check_robot(motion: PlannedMotion, target: str) -> None:
-    """Refuse robots whose flange is not known, and joints that the controller does not take."""
-    robot = alone(motion.problem.robot)
-    if not isinstance(robot, SerialRobot):
-        raise ValueError(
-            f"robot must be a SerialRobot, whose flange is known, for {target}; got {checks.shown(robot)};"
-            " take csv or ros"
-        )
-    turn = float(np.abs(motion.joints[:, : len(robot.names)]).max())
-    if target in ("urscript", "krl") and turn > 2 * np.pi:
-        raise checks.refuse(f"joints for {target}", "within a turn of 0", turn, "rad")
-
-
-def _warn_of_maker(motion: PlannedMotion, target: str) -> None:
-    """Warn of a language that is not that of a robot whose maker is known."""
-    known = maker_of(alone(motion.problem.robot))
-    if known is not None and target != known.language:
-        warn(
-            f"{target} is not the language of the {known.robot} of {known.maker}, whose controller takes"
-            f" {known.language}"
-        )
-
-
-def check_axes(robot: Any, target: str, name: str) -> None:
-    """Refuse axes that carry the work where the controller has none, too many, or not of that name."""
-    names = axis_names(robot)
-    if names and target == "urscript":
-        raise ValueError(
-            f"robot must be one whose work rests for urscript, as a UR controller has no external axes; got"
-            f" {', '.join(names)}; take csv or ros, which tell all joints over time"
-        )
-    most = {"rapid": rapid.AXES_MAX, "krl": krl.AXES_MAX}.get(target, len(names))
-    if len(names) > most:
-        raise ValueError(
-            f"axes that carry the work must be at most {most} in {target}; got {len(names)}; take csv or ros"
-        )
-    for each in names if target in ("rapid", "krl") else ():
-        unit = target == "rapid" and each == names[-1]
-        if not _is_word(each, _UNIT, _RESERVED if unit else ()) or (unit and each.lower() == name.lower()):
-            rule = f"a letter, then letters, digits and _, at most {_UNIT}"
-            more = ", and no word of it or name of the program: it is the mechanical unit" if unit else ""
-            raise checks.refuse("name of an axis that carries the work", f"{rule} in {target}{more}", each)
-
-
-def _check_spin(motion: PlannedMotion) -> None:
-    """Refuse a tool whose turn about its own axis jumps from one row to the next."""
-    jumps = np.abs(np.diff(motion.spin))
-    jumps[np.diff(motion.length) > 0] -= _TURNED
-    for k in np.flatnonzero(jumps > _STILL)[:1]:
-        before, after = motion.spin[k : k + 2].tolist()
-        raise ValueError(
-            f"spin of the motion must not jump (rad): from {before:.6g} to {after:.6g} between rows {k} and"
-            f" {k + 1}, at {motion.time[k]:.4g} s"
-        )
 
 
 def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date: str | None) -> Iterator[str]:
@@ -300,7 +192,7 @@ def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date:
     yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {problem.feed_rate:g} mm/s{air}"
     yield f"deviation: contact within {deviation:g} mm of the plan; a turn of the tool counts"
     yield f"times the lever arm of {problem.lever_arm:g} mm"
-    if target in _OVER_TIME:
+    if target in OVER_TIME:
         return
     yield "starts and ends 20 mm off the work; not run on a controller: try it slowly, above the work"
     yield f"branch {motion.posture.branch} of the model; joints and base are those of the model of the robot"
@@ -339,7 +231,7 @@ def _parts(motion: PlannedMotion, runs: list[Blocks], name: str, deviation: floa
     if longest > _POINTS:
         rule = f"greater: krl takes {_POINTS} points in a program, and these are {longest} without a lift"
         raise checks.refuse("deviation", rule, deviation, "mm")
-    most = _NAMES["krl"] - krl.MARK - 2 - len(str(len(parts)))
+    most = NAMES["krl"] - krl.MARK - 2 - len(str(len(parts)))
     if len(parts) > 1 and len(name) > most:
         raise checks.refuse("name", f"at most {most} characters, with those of its {len(parts)} parts", name)
     return parts

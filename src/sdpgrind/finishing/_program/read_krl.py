@@ -99,18 +99,8 @@ def _statement(line: str, number: int) -> tuple[str, tuple[Any, ...]]:
 def _take(
     moves: Moves, values: dict[str, float], kind: str, groups: tuple[Any, ...], line: str, number: int
 ) -> None:
-    if kind in ("frame", "coupled") and moves.poses:
-        raise ValueError(
-            f"text must set ${groups[0]} before its straight moves, which all count in one; line {number}"
-            " sets it again"
-        )
-    if kind == "frame":
-        pose = _pose(_pairs(groups[1], line, number, "XYZABC"))
-        setattr(moves, {"TOOL": "tool", "BASE": "work"}[groups[0]], pose)
-    elif kind == "coupled":
-        if groups[1] != groups[2]:
-            raise misread("KRL with one external kinematic", number, line)
-        moves.unit, moves.work = groups[1], _pose(_pairs(groups[3], line, number, "XYZABC"))
+    if kind in ("frame", "coupled"):
+        _take_frame(moves, groups, line, number)
     elif kind in values:
         values[kind] = single([float(groups[0])])[0]
     elif kind == "joints":
@@ -122,6 +112,20 @@ def _take(
         radius = values["distance"] if groups[1] else 0.0
         bits = int(found["S"]), int(found["T"])
         moves.line(_pose(found), _METRE * values["feed"], radius, bits, axes)
+
+
+def _take_frame(moves: Moves, groups: tuple[Any, ...], line: str, number: int) -> None:
+    """Take $TOOL, or $BASE: at rest, or coupled to a unit that is named twice."""
+    variable, *units, text = groups
+    if moves.poses:
+        raise ValueError(
+            f"text must set ${variable} before its straight moves, which all count in one; line {number}"
+            " sets it again"
+        )
+    if len(set(units)) > 1:
+        raise misread("KRL with one external kinematic", number, line)
+    moves.unit = units[0] if units else moves.unit
+    setattr(moves, {"TOOL": "tool", "BASE": "work"}[variable], _pose(_pairs(text, line, number, "XYZABC")))
 
 
 def _with_axes(

@@ -93,13 +93,14 @@ class MountedRobot(Described):
             raise ValueError(
                 f"candidates of the axes must be at most {MOST} together; got {self.combinations}"
             )
+        self._check_jerks()
+
+    def _check_jerks(self) -> None:
+        """Refuse limits of jerk that only some of robot and axes have."""
         jerks = [self.robot.jerk_max, *(axis.jerk_max for axis in self.axes)]
-        if len({jerk is None for jerk in jerks}) > 1:
-            lacks = [
-                name
-                for name, jerk in zip(("the robot", *self.axis_names), jerks, strict=True)
-                if jerk is None
-            ]
+        named = zip(("the robot", *self.axis_names), jerks, strict=True)
+        lacks = [name for name, jerk in named if jerk is None]
+        if 0 < len(lacks) < len(jerks):
             raise ValueError(
                 "jerk_max must be given for the robot and all axes (rad/s^3, mm/s^3), or for none; it is"
                 f" None for {', '.join(lacks)}"

@@ -11,7 +11,7 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot, angular
 from sdpgrind.finishing.arm._serial import SerialRobot
-from sdpgrind.finishing.placement._worth import _margins, _turned, stations
+from sdpgrind.finishing.placement._worth import margins, stations, turned_by
 
 if TYPE_CHECKING:
     from sdpgrind.finishing.placement._placement import Placement
@@ -58,7 +58,7 @@ def _along(problem: Any) -> tuple[Floats, Floats]:
     """Poses of the tool (m, 4, 4) and its tips (m, 3) at the nodes of the path, in the base, mm."""
     x, y, z, *turn = problem.placement
     poses = problem.tool_poses(problem.path.sample(per_leg=1))
-    poses = _turned(poses[None], np.array(turn or [0.0]))[0]
+    poses = turned_by(poses[None], np.array(turn or [0.0]))[0]
     poses[:, :3, 3] += [x, y, z]
     return poses, poses[:, :3, 3] + problem.lever_arm * poses[:, :3, 2]
 
@@ -68,7 +68,7 @@ def _joints(robot: Robot, poses: Floats) -> Floats:
     found = robot.solutions(poses)
     if isinstance(robot, MountedRobot):
         found = _carried(robot, found)
-    joints: Floats = found[:, int(_margins(robot, found[None])[0].argmax())].copy()
+    joints: Floats = found[:, int(margins(robot, found[None])[0].argmax())].copy()
     turning = np.flatnonzero(angular(robot))
     known = ~np.isnan(joints).any(axis=1)
     joints[np.ix_(known, turning)] = np.unwrap(joints[np.ix_(known, turning)], axis=0)
@@ -78,7 +78,7 @@ def _joints(robot: Robot, poses: Floats) -> Floats:
 def _carried(robot: MountedRobot, found: Floats) -> Floats:
     """Joints (m, b, n) of every branch with the axes where their margin is widest at each pose."""
     each = found.reshape(len(found), stations(robot), -1, found.shape[2])
-    worth = _margins(robot, found[:, None]).reshape(each.shape[:3])
+    worth = margins(robot, found[:, None]).reshape(each.shape[:3])
     best: Floats = np.take_along_axis(each, worth.argmax(axis=1)[:, None, :, None], axis=1)[:, 0]
     return best
 

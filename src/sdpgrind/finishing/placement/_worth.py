@@ -69,7 +69,7 @@ def _poses(task: PlacingTask, azimuth: float) -> Floats:
 
 def _rate(task: PlacingTask, poses: Floats, turn: Floats, origin: Floats, sides: Sides) -> Floats:
     """Worth (k,) of poses (k, p, 4, 4) that are turned and shifted; the origins of a table in place."""
-    robot, turned = task.robot, _turned(poses, turn)
+    robot, turned = task.robot, turned_by(poses, turn)
     wrong = np.isnan(turned).any(axis=(1, 2, 3))
     turned[wrong] = np.eye(4)
     turned[:, :, 2, 3] += origin[:, None, 2]
@@ -81,7 +81,7 @@ def _rate(task: PlacingTask, poses: Floats, turn: Floats, origin: Floats, sides:
     joints = found.reshape(count, number * each, found.shape[1] // each, -1)
     if isinstance(robot, Arm):
         joints, shift = _centred(robot, joints, sides)
-    margin = _margins(robot, joints, _free(task))
+    margin = margins(robot, joints, _free(task))
     best = margin.argmax(axis=1)
     if isinstance(robot, Arm):
         origin[:, :2] = shift[np.arange(count), best]
@@ -98,8 +98,8 @@ def _free(task: PlacingTask) -> int:
     return max(1, len(task.hold.spins)) * stations(task.robot)
 
 
-def _turned(poses: Floats, turn: Floats) -> Floats:
-    """Poses (k, p, 4, 4), each set turned about z."""
+def turned_by(poses: Floats, turn: Floats) -> Floats:
+    """Return poses (k, p, 4, 4), each set turned about z, rad."""
     turns = np.zeros((len(turn), 1, 4, 4))
     turns[:, 0, 0, 0] = turns[:, 0, 1, 1] = np.cos(turn)
     turns[:, 0, 1, 0] = np.sin(turn)
@@ -123,8 +123,8 @@ def _centred(arm: Arm, joints: Floats, sides: Sides) -> tuple[Floats, Floats]:
     return out, shift
 
 
-def _margins(robot: Robot, joints: Floats, spins: int = 1) -> Floats:
-    """Worth of every branch, (k, b), of joints (k, p spins, b, n); `spins`: places of the work among them."""
+def margins(robot: Robot, joints: Floats, free: int = 1) -> Floats:
+    """Return the worth of every branch, (k, b), of joints (k, p free, b, n), the best of `free` at a pose."""
     lost: Bools = np.asarray(np.isnan(joints).any(axis=3))
     known = np.where(lost[..., None], middle(robot), joints)
     low, high = np.array(robot.position_min), np.array(robot.position_max)
@@ -133,8 +133,8 @@ def _margins(robot: Robot, joints: Floats, spins: int = 1) -> Floats:
     if inside.any():
         singular = np.min(list(robot.singularities(known[inside]).values()), axis=0)
         share[inside] = np.minimum(share[inside], singular)
-    if spins > 1:
-        parts = (len(joints), -1, spins, joints.shape[2])
+    if free > 1:
+        parts = (len(joints), -1, free, joints.shape[2])
         share = np.where(lost, -np.inf, share).reshape(parts).max(axis=2)
         lost = np.asarray(lost.reshape(parts).all(axis=2))
     each = np.maximum(np.where(lost, np.inf, share).min(axis=1), LOST)

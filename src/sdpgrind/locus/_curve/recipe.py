@@ -15,16 +15,9 @@ from sdpgrind.locus._trace.table import LocusTable
 _STEPS = {1: kernels.exported_of_one, 2: kernels.exported_of_two, 3: kernels.exported_of_three}
 _BEYOND = 0.15  # chosen: share of the ranges by which controls and states of the self-test lie outside
 _NEAR = 0.02  # chosen: share of the responses by which the self-test varies them
-_OFF = (
-    0.0,
-    _NEAR,
-    -_NEAR,
-    100.0,
-    -100.0,
-    4e-16,
-    -4e-16,
-)  # chosen: by which responses are off; last: rounding
-_OFF_SHARES = (0.5, 0.1, 0.1, 0.1, 0.1, 0.05, 0.05)  # chosen: of the readings
+_FAR, _ROUNDING = 100.0, 4e-16  # chosen: shares by which no state answers a response, and by which one does
+# chosen: share of the response by which the self-test is off it -> share of its readings
+_OFF = {0.0: 0.5, _NEAR: 0.1, -_NEAR: 0.1, _FAR: 0.1, -_FAR: 0.1, _ROUNDING: 0.05, -_ROUNDING: 0.05}
 _FALLING = 0.1  # chosen: share of the readings with controls of the other sign: the response may fall
 _TABLES = {
     "search_tape": "responses and their slopes by controls and hidden state; the C has it written out",
@@ -117,7 +110,7 @@ class _Searched:
         found, work = np.empty(self.sizes[1]), np.empty(self.sizes[0])
         tape_kernels.run(self.search.tape, np.array([*controls, state]), work, found)
         response = float(found[self.search.response])
-        off = rng.choice(_OFF, p=_OFF_SHARES)
+        off = rng.choice(list(_OFF), p=list(_OFF.values()))
         return [response * (1.0 + off) if np.isfinite(response) else 1.0, *controls]
 
     def _controls(self, rng: np.random.Generator) -> list[float]:

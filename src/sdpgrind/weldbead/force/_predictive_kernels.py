@@ -19,6 +19,7 @@ BIG = 1e20  # chosen: stands for no limit; OSQP takes 1e30 and more for infinite
 _WITHIN = 1e-9  # chosen: N, by which the law without limits may miss them
 BEHIND = record("demand N, position mm")
 """Behind a program in its room."""
+_BEHIND = width(BEHIND)  # derived: entries at the end of a room
 _PASS = width(PASS)  # derived: entries between the state of the loop and the estimate
 
 
@@ -111,15 +112,17 @@ def ask(core, state, estimate, room, force, demands, positions):
         innovation = force - wanted - _dot(core.drift_c, estimate)
         for i in range(estimate.size):
             estimate[i] += core.corrects[i] * innovation
-    linear, low, high = room[: n + 1], room[n + 1 : 4 * n + 2], room[4 * n + 2 : 7 * n + 3]
-    moves, base = room[7 * n + 3 : 8 * n + 4], np.empty(n)
+    bounds, unknowns = core.rows.shape
+    linear, low = room[:unknowns], room[unknowns : unknowns + bounds]
+    high = room[unknowns + bounds : unknowns + 2 * bounds]
+    moves, base = room[unknowns + 2 * bounds : 2 * (unknowns + bounds)], np.empty(n)
     for i in range(n):
         base[i] = _dot(core.free[i], estimate) + core.held[i] * (core.stiffness * rest[0])
     for i in range(n):
         moves[i], linear[i] = -_dot(core.gain[i], base), _dot(core.moves[:, i], base)
     moves[n], linear[n] = 0.0, 0.0
     _bounds(core, foreseen, rest, base, demands, positions, low, high)
-    behind = room[8 * n + 4 :].view(BEHIND)[0]
+    behind = room[room.size - _BEHIND :].view(BEHIND)[0]
     behind.demand, behind.position = demands[0], positions[0]
     if _kept(core.rows, moves, low, high):
         return 0
@@ -131,11 +134,12 @@ def answer(core, state, estimate, room):
     """Return the platform command, mm, of the first move in the room, and go on to the next sample."""
     n, m = core.held.size, core.model_b.size
     rest, foreseen = state[state.size - 4 :], state[state.size - 4 - m : state.size - 4]
-    behind = room[8 * n + 4 :].view(BEHIND)[0]
+    first = room[room.size - _BEHIND - n - 1]  # of n moves and a slack
+    behind = room[room.size - _BEHIND :].view(BEHIND)[0]
     if rest[2] >= core.patience:
         command = rest[1] + min(core.approach, core.rate)
     else:
-        command = behind.position + (core.stiffness * rest[0] + room[7 * n + 3]) / core.stiffness
+        command = behind.position + (core.stiffness * rest[0] + first) / core.stiffness
     if not np.isnan(rest[1]):
         command = min(max(command, rest[1] - core.rate), rest[1] + core.rate)
     command = min(max(command, core.low), core.high)
