@@ -107,6 +107,13 @@ def test_the_axes_cost_points_where_a_chord_of_the_contact_alone_would_do():
     assert far.program("krl").text.count("LIN ") > near.program("krl").text.count("LIN ")
 
 
+def test_work_near_the_axis_has_a_longer_lever_on_the_lift_alone():
+    """A ring of 10 mm; 20 mm off the work the axis is at its place, and what it leaves on the work is less."""
+    thin = planned(radius=10.0, method="trapezoid")
+    found = thin.program("rapid").check()
+    assert 0.005 < found.axis_deviation <= found.deviation <= 0.02
+
+
 @pytest.mark.parametrize(
     ("target", "old", "new"),
     [
