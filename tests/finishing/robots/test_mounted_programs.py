@@ -162,6 +162,24 @@ def test_an_axis_that_is_off_is_found(target, data):
 
 
 @pytest.mark.parametrize(
+    ("target", "form", "off"),
+    [
+        ("rapid", rf"(,\[)({NUMBER}),9E9", 20.0),
+        ("krl", rf"(,E1 )({NUMBER})\}}", 20.0),
+        ("krl", rf"(,A )({NUMBER}),", 10.0),
+    ],
+)
+def test_work_or_tool_that_turns_off_the_work_is_found(target, form, off):
+    """At the end of the last lift, there and back, where the plan has the end alone."""
+    program = planned().program(target, name="ring1")
+    still = [line for line in program.text.splitlines() if re.match(r"\s*(MoveL|LIN) ", line)][-1]
+    turned = re.sub(form, lambda found: found[0].replace(found[2], f"{float(found[2]) + off:.6f}"), still)
+    assert turned != still
+    assert faulty(program, program.text.replace(still, "\r\n".join([still, turned, still])))
+    assert not faulty(program, program.text.replace(still, "\r\n".join([still, still, still])))
+
+
+@pytest.mark.parametrize(
     ("target", "old", "new"),
     [
         ("rapid", r",9E9,9E9,9E9,9E9,9E9\]", ",1.0,9E9,9E9,9E9,9E9]"),

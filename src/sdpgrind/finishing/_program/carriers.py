@@ -37,7 +37,7 @@ def unit_frame(robot: Any) -> Floats:
 
 
 def levers(problem: Any, joints: Floats) -> Floats:
-    """Return the ways (m, e) of the work at the contact per rad, or mm, of each axis, mm, of joints (m, n)."""
+    """Return the ways (m, e) of the work at the contact, mm, per rad or mm of each axis, at joints (m, n)."""
     robot = problem.robot
     if not isinstance(robot, MountedRobot):
         return np.empty((len(joints), 0))
