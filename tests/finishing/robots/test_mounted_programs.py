@@ -107,6 +107,13 @@ def test_the_axes_cost_points_where_a_chord_of_the_contact_alone_would_do():
     assert far.program("krl").text.count("LIN ") > near.program("krl").text.count("LIN ")
 
 
+def test_work_near_the_axis_has_a_longer_lever_on_the_lift_alone():
+    """A ring of 10 mm; 20 mm off the work the axis is at its place, and what it leaves on the work is less."""
+    thin = planned(radius=10.0, method="trapezoid")
+    found = thin.program("rapid").check()
+    assert 0.005 < found.axis_deviation <= found.deviation <= 0.02
+
+
 @pytest.mark.parametrize(
     ("target", "old", "new"),
     [
@@ -152,6 +159,24 @@ def test_an_axis_that_is_off_is_found(target, data):
     path = read_text(text)
     assert path.check(program.motion).axis_deviation > 0.02
     assert faulty(program, text)
+
+
+@pytest.mark.parametrize(
+    ("target", "form", "off"),
+    [
+        ("rapid", rf"(,\[)({NUMBER}),9E9", 20.0),
+        ("krl", rf"(,E1 )({NUMBER})\}}", 20.0),
+        ("krl", rf"(,A )({NUMBER}),", 10.0),
+    ],
+)
+def test_work_or_tool_that_turns_off_the_work_is_found(target, form, off):
+    """At the end of the last lift, there and back, where the plan has the end alone."""
+    program = planned().program(target, name="ring1")
+    still = [line for line in program.text.splitlines() if re.match(r"\s*(MoveL|LIN) ", line)][-1]
+    turned = re.sub(form, lambda found: found[0].replace(found[2], f"{float(found[2]) + off:.6f}"), still)
+    assert turned != still
+    assert faulty(program, program.text.replace(still, "\r\n".join([still, turned, still])))
+    assert not faulty(program, program.text.replace(still, "\r\n".join([still, still, still])))
 
 
 @pytest.mark.parametrize(

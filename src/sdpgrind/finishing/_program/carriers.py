@@ -37,11 +37,11 @@ def unit_frame(robot: Any) -> Floats:
 
 
 def levers(problem: Any, joints: Floats) -> Floats:
-    """Return the greatest way (e,) of the work at the contact per rad, or mm, of each axis, mm."""
+    """Return the ways (m, e) of the work at the contact, mm, per rad or mm of each axis, at joints (m, n)."""
     robot = problem.robot
     if not isinstance(robot, MountedRobot):
-        return np.empty(0)
-    return np.asarray(robot.ways(joints, shifted(problem.lever_arm)).max(axis=0))
+        return np.empty((len(joints), 0))
+    return np.asarray(robot.ways(joints, shifted(problem.lever_arm)))
 
 
 def described_unit(robot: Any, shown: Callable[[Floats], str]) -> Iterator[str]:

@@ -72,9 +72,12 @@ def check_lines(path: Any, motion: PlannedMotion) -> MotionCheck:
     told = between(there.turns[segment], there.turns[segment + 1], share)
     angle = float(angle_between(told, plan.turns).max())
     end = float(np.linalg.norm(there.nodes[-1] - plan.places[-1]))
-    passed = _passed(there, plan.places, segment, share)
+    after = np.clip(np.searchsorted(segment + share, np.arange(len(there.nodes))), 1, count - 1)
+    passed = _passed(there.nodes, plan.places, after)
     check_configuration(path, plan.joints, there.blocks[segment], motion.posture.branch)
-    off = _axes_off(there, plan, problem, segment, share)
+    lifts, ends = _on_lifts(after, count - 1)
+    angle = max(angle, float(angle_between(there.turns[lifts], plan.turns[ends]).max()))
+    off = _axes_off(there, plan, problem, (segment, share), (lifts, ends))
     return MotionCheck(
         max(float(away.max()), end, passed, angle * problem.lever_arm, off),
         angle,
@@ -83,13 +86,24 @@ def check_lines(path: Any, motion: PlannedMotion) -> MotionCheck:
     )
 
 
-def _axes_off(there: FollowedPath, plan: Planned, problem: Any, segment: Any, share: Floats) -> float:
-    """Greatest deviation of the axes that carry the work, times their levers, mm."""
+def _on_lifts(after: Any, last: int) -> tuple[Any, Any]:
+    """Nodes before the second and after the last but one of the planned places, and the place at their end.
+
+    Between these two the plan has no places; neither the tool turns there nor do axes under the work move.
+    """
+    lifts = np.flatnonzero((after == 1) | (after == last))
+    return lifts, np.where(after[lifts] == 1, 0, last)
+
+
+def _axes_off(there: FollowedPath, plan: Planned, problem: Any, matched: Any, lifts: Any) -> float:
+    """Greatest deviation of the axes that carry the work, times their levers, mm; at matches and on lifts."""
     if not there.axes.shape[1]:
         return 0.0
+    (segment, share), (nodes, ends) = matched, lifts
     told = there.axes[segment] + share[:, None] * (there.axes[segment + 1] - there.axes[segment])
-    gap = np.abs(told - carriers(problem.robot, plan.joints))
-    return float((gap * levers(problem, plan.joints)).sum(axis=1).max())
+    planned, arms = carriers(problem.robot, plan.joints), levers(problem, plan.joints)
+    found = [(told - planned) * arms, (there.axes[nodes] - planned[ends]) * arms[ends]]
+    return float(np.abs(np.vstack(found)).sum(axis=1).max())
 
 
 def _planned(motion: PlannedMotion) -> Planned:
@@ -125,16 +139,13 @@ def _off_the_work(motion: PlannedMotion, row: int) -> Floats:
     return np.append(here[:count] + away[nearest], here[count:])
 
 
-def _passed(there: FollowedPath, places: Floats, segment: Any, share: Floats) -> float:
-    """Greatest distance of the path's nodes from the planned line between the places that surround them."""
-    reached = segment + share
-    node = np.arange(len(there.nodes))
-    after = np.clip(np.searchsorted(reached, node), 1, len(places) - 1)
+def _passed(nodes: Floats, places: Floats, after: Any) -> float:
+    """Greatest distance of nodes from the planned line between the places before and `after` them."""
     a, b = places[after - 1], places[after]
     along = b - a
     square = np.maximum(np.sum(along**2, axis=1), 1e-300)
-    u = np.clip(np.sum((there.nodes - a) * along, axis=1) / square, 0.0, 1.0)
-    return float(np.linalg.norm(there.nodes - a - u[:, None] * along, axis=1).max())
+    u = np.clip(np.sum((nodes - a) * along, axis=1) / square, 0.0, 1.0)
+    return float(np.linalg.norm(nodes - a - u[:, None] * along, axis=1).max())
 
 
 def _excess(feeds: Floats, planned: Floats, block: Any) -> float:

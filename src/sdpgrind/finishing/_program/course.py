@@ -62,7 +62,7 @@ class PlannedMotion(Protocol):
 class Run(NamedTuple):
     """Samples between two rests: time (s), length (mm), contact (m, 3) in the work, mm, turns, joints.
 
-    `carried` (m, e): axes that carry the work, times their levers, mm.
+    `carried` (m, e): axes that carry the work, times their greatest levers, mm.
     """
 
     time: Floats
@@ -107,7 +107,7 @@ def runs_of(motion: PlannedMotion, frames: RobotFrames) -> list[Run]:
     """Return the runs between rests, samples at most `STEP` apart."""
     cuts = np.flatnonzero(np.diff(motion.time) <= 0) + 1
     rows = zip(np.split(motion.time, cuts), np.split(motion.length, cuts), strict=True)
-    arms = levers(motion.problem, motion.joints)
+    arms = levers(motion.problem, motion.joints).max(axis=0)
     return [_run(motion, frames, _dense(time, length), arms) for time, length in rows]
 
 
