@@ -55,6 +55,8 @@ def test_the_warning_of_a_coarse_clock_comes_once_for_all_parts(tmp_path):
         ),
         ({"groesse": "D"}, "groesse must be a quantity of the library or <quantity>_command; known are "),
         ({"szie": "D"}, "is size meant?"),
+        ({"power": "P"}, "is burning_power or grinding_power or idle_power meant?"),
+        ({"time": ("t", "seconds"), "size": "D"}, "'seconds' is no unit of time"),
         ({"grinding_power": ("P", "W")}, 'in another unit: grinding_power=("P", "kW") (plausible'),
     ],
 )

@@ -80,7 +80,10 @@ def bare():
             'command_rate in mm/min, not um/s? Say command_rate=("v", "mm/min")',
         ),
         ({"size": ("X", "um", 2)}, "size without its factor of 2?"),
-        ({"size": ("v", "um"), "command_rate": ("X", "mm/min")}, "exchanged? Say"),
+        (
+            {"size": ("v", "um"), "command_rate": ("X", "mm/min")},
+            'exchanged? Say size=("X", "um"), command_rate=("v", "mm/min")',
+        ),
         ({"time": None, "period": 40.0}, "got 0.000884: period of 0.04 s? Say period=0.04"),
     ],
 )

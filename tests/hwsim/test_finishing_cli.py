@@ -483,6 +483,13 @@ def test_refused_robots_of_a_job(robot, told, tmp_path):
         read(job)
 
 
+def test_a_refused_tool_is_called_as_the_key(tmp_path):
+    job = tmp_path / "job.toml"
+    job.write_text(ROBOT.format(robot='preset = "ur10"').replace('"150 mm"', "0.15"))
+    with pytest.raises(ValueError, match=r"\[robot\] tool_length must be in mm, some 150; .* got 0.15"):
+        read(job)
+
+
 def test_what_a_program_is_refused_with(capsys, job, tmp_path):
     assert (
         refused(capsys, job, "--program", "csv")

@@ -383,6 +383,12 @@ def backwards():
     return data
 
 
+def two_parts():
+    data = noisy(5e-4, 0)
+    data["size"][80:] = data["size"][:81]
+    return data
+
+
 def still():
     return cycle(np.random.default_rng(0).normal(0, 5e-4, TIME.size))
 
@@ -392,6 +398,10 @@ FAULTY = [
     (
         backwards,
         r"the size jumps back by 0\.01\d+ mm at 3\.20 s, more than 5 standard deviations of its noise",
+    ),
+    (
+        two_parts,
+        r'the size jumps back by 0\.0\d+ mm .* noise; of another part\? Log\.read takes its column, part="header"',
     ),
     (still, r"0 readings of a moving size are too few: at least 10 are needed \(0 are missing\)"),
     (lambda: cycle(np.full(TIME.size, 0.1)), "0 readings of a moving size are too few"),

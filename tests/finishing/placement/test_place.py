@@ -141,6 +141,20 @@ def test_boxes_that_are_none(box, said):
         finishing.place(DIE)
 
 
+def test_metres_would_put_the_work_into_the_robot():
+    """Unless the work itself is told in the base of the robot, as a scan is: then mm correct it."""
+    said = r"must be in mm, some 800 from the base; metres\? units.m\(...\)"
+    problem = FinishingProblem(DIE, robot=UR10)
+    with pytest.raises(ValueError, match=f"box {said}"):
+        finishing.place(problem, box=[(0.45, -0.2, 0.05), (0.75, 0.2, 0.05)])
+    with pytest.raises(ValueError, match=f"placement {said}"):
+        problem.replace(placement=(0.65, -0.025, 0.1))
+    net = nominal_surface().control_points + np.array([650.0, -25.0, 100.0])
+    scan = finishing.hilbert(finishing.Surface.bspline(net), 2)
+    assert problem.replace(path=scan, placement=(0.65, -0.025, 0.1)).turn == 0.0
+    assert FinishingProblem(DIE, placement=(0.65, -0.025, 0.1)).turn == 0.0  # the arm has a table
+
+
 def test_plan_places_a_robot_without_a_table_and_says_so(monkeypatch, placed):
     monkeypatch.setattr("sdpgrind.finishing._problem.placing.place", lambda problem, progress: placed)
     with pytest.warns(UserWarning, match=r"placement was None: finishing.place took origin at .* collisions"):

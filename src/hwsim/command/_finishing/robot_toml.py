@@ -43,4 +43,12 @@ def _tool(table: Table, ahead: str) -> Any:
     tilt: dict[str, Any] = {"tilt": options["tool_tilt"]} if options else {}
     usual = ahead if ahead in AXES else "z"
     axis = table.text("tool_axis", AXES) if table.has("tool_axis") else usual
-    return table.made(finishing.tool, length, axis=axis, **tilt)
+    return table.made(_named, length, axis=axis, **tilt)
+
+
+def _named(length: float, **options: Any) -> Any:
+    """Frame of a tool; a refusal names the key of the table: tool_length."""
+    try:
+        return finishing.tool(length, **options)
+    except ValueError as error:
+        raise ValueError(f"tool_{error}") from None

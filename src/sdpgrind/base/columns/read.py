@@ -187,10 +187,9 @@ def _refuse_mistakes(
 
 
 def _as(each: Bound, other: Bound) -> str:
-    """Argument that reads the column of another one, in the unit of its file if there is one."""
-    head, name = other.heading, each.request.name
-    unit = head.unit or unit_of_name(name)
-    return f'{name}=("{head.name}", "{unit}")'
+    """Argument that reads the column of another one, in the unit of its file, or else that of the call."""
+    head = other.heading
+    return f'{each.request.name}=("{head.name}", "{head.unit or each.unit}")'
 
 
 def _source(

@@ -62,8 +62,8 @@ def request_of(name: str, asked: Any) -> Request:
     if unit is not None and unit_of_name(name) != TEXT:
         if name == "time" and not is_unit(unit):
             raise ValueError(
-                f'time must be one column, ("header", "s") with its unit; got {values!r}: of a date and a'
-                f' time of day in two columns the second is enough, time="{unit}"'
+                f'time must be one column, ("header", "s") with its unit; got {values!r}: {unit!r} is no unit'
+                f' of time; of a date and a time of day in two columns the second is enough, time="{unit}"'
             )
         _factor(name, unit, "")
     return Request(name, values[0].strip(), unit, scale)

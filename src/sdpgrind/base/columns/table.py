@@ -88,11 +88,16 @@ def is_command(name: str) -> bool:
     return name.endswith(COMMAND) or name == COMMANDED
 
 
+def _ending_in(name: str) -> list[str]:
+    """Names that end in this word, as grinding_power in power."""
+    return sorted(known for known in KNOWN if known.endswith(f"_{name}"))
+
+
 def quantity_of(name: str) -> Meant:
     """Return unit and range of a name or ``<name>_command``; another is refused with the nearest one."""
     found = KNOWN.get(name) or KNOWN.get(bare(name))
     if found is None:
-        close = difflib.get_close_matches(bare(name), KNOWN, 1, _CLOSE)
-        hint = f"is {close[0]} meant?" if close else f"known are {', '.join(sorted(KNOWN))}"
+        close = difflib.get_close_matches(bare(name), KNOWN, 1, _CLOSE) or _ending_in(bare(name))
+        hint = f"is {' or '.join(close)} meant?" if close else f"known are {', '.join(sorted(KNOWN))}"
         raise ValueError(f"{name} must be a quantity of the library or <quantity>_command; {hint}")
     return found

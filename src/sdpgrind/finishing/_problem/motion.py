@@ -22,6 +22,7 @@ from sdpgrind.finishing._problem.problem import FinishingProblem, check_pressed
 from sdpgrind.finishing._program.program import MotionProgram, program_of
 from sdpgrind.finishing.arm._heading import pitch_cosine
 from sdpgrind.finishing.arm._robot import Singularity
+from sdpgrind.finishing.path._lifted_course import LiftedCourse
 from sdpgrind.finishing.timing._violations import Violation
 
 # chosen: relative excess of a limit that is an error; less is within the tolerance of the solvers
@@ -373,4 +374,5 @@ class Motion(Plan):
     def _told(self) -> str:
         way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"
         share = 100 * self.mean_feed_rate / self.problem.feed_rate
-        return f"{way}, {share:.0f} % of the feed rate, {self.method}; {self.status}"
+        air = ", lifts included" if isinstance(self.problem.path, LiftedCourse) else ""
+        return f"{way}, {share:.0f} % of the feed rate{air}, {self.method}; {self.status}"

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.joint_runs import PostureError, check_ends, posture_of, samples_of
-from sdpgrind.finishing._problem.problem import FinishingProblem
+from sdpgrind.finishing._problem.problem import FinishingProblem, check_outside
 from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._spin_states import spins_of
 from sdpgrind.finishing.placement._carried import compared
@@ -91,6 +91,8 @@ def place(
             f" them (mm), with {', '.join(problem.robot.axis_names)} at zero; got None"
         )
     sides = _sides(box)
+    if box is not None:
+        check_outside("box", box, problem)
     progress(0.0, "conditions that every placement must fulfil")
     _refuse_corners(problem)
     task = placing_task(problem)

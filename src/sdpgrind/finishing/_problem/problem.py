@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, Self
 
+import numpy as np
+import numpy.typing as npt
+
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -16,7 +19,9 @@ from sdpgrind.base.stored import encode
 from sdpgrind.base.warned import warn
 from sdpgrind.finishing._problem.former_fields import current, former, takes_former_fields
 from sdpgrind.finishing.arm._arm import Arm
+from sdpgrind.finishing.arm._chain_checks import LEAST, check_away
 from sdpgrind.finishing.arm._lever import feed_angle, torque_per_force
+from sdpgrind.finishing.arm._mounted import MountedRobot
 from sdpgrind.finishing.arm._robot import Robot
 from sdpgrind.finishing.arm._serial import SerialRobot
 from sdpgrind.finishing.arm._spin_states import checked_spin
@@ -29,6 +34,7 @@ from sdpgrind.finishing.surface._surface import Surface
 from sdpgrind.identify import Estimate
 
 TABLE_HEIGHT = 100.0  # mm above the base, chosen: puts the generic arm's wrist well inside its reach
+COLUMN = 100.0  # mm, chosen: radius in which a robot itself stands
 SLOWEST, FASTEST = 0.1, 1e4  # mm/s, chosen: a feed outside is in another unit
 
 
@@ -70,6 +76,15 @@ _ASKED = (
     "names", "units", "position_min", "position_max", "speed_max", "acceleration_max", "jerk_max",
     "forward", "forward_work", "solutions", "redundancy", "jacobian", "singularities",
 )  # fmt: skip
+
+
+def check_outside(name: str, places: npt.ArrayLike, problem: "FinishingProblem") -> None:
+    """Refuse places (mm) where a robot that stands at the origin would stand in the work: metres."""
+    robot = problem.robot.robot if isinstance(problem.robot, MountedRobot) else problem.robot
+    if not isinstance(robot, SerialRobot) or np.linalg.norm(robot.links[0][:3, 3]) >= LEAST:
+        return
+    if np.linalg.norm(problem.path.points, axis=1).min() < COLUMN:
+        check_away(name, places)
 
 
 @takes_former_fields
@@ -163,6 +178,8 @@ class FinishingProblem(Described):
             raise self._refused("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?")
         if isinstance(self.robot, SerialRobot) and (told := self.robot.tool_across):
             warn(told)
+        if self.placement is not None:
+            check_outside("placement", self.placement[:3], self)
         # a fixed tool meets every direction of feed
         turns = (0.0, math.pi) if self.heading == "fixed" else (0.0,)
         for turned in turns if self.pressed else ():

@@ -10,7 +10,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described, quantity
-from sdpgrind.finishing.arm._chain_checks import LEAST, check_range
+from sdpgrind.finishing.arm._chain_checks import check_away, check_range
 
 MOST = 720  # chosen: candidates of half a degree; more are beyond what is smoothed afterwards
 _SAME = 1e-9  # rad or mm, chosen: candidates nearer than this are one
@@ -268,8 +268,7 @@ def _three(name: str, value: Any, unit: str = "") -> Floats:
 
 def _place(name: str, value: Any) -> tuple[float, ...]:
     place = _three(name, value, "mm")
-    if 0.0 < float(np.abs(place).max()) < LEAST:
-        raise checks.refuse(name, "in mm, some 800 from the base; metres? units.m(...)", value)
+    check_away(name, value)
     return tuple(place.tolist())
 
 

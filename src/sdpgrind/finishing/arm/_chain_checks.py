@@ -59,6 +59,12 @@ def check_links(links: Floats, count: int) -> None:
         )
 
 
+def check_away(name: str, value: npt.ArrayLike) -> None:
+    """Refuse places (mm) nearer to the base than any work lies: those of another unit; 0 is none."""
+    if 0.0 < float(np.abs(value).max()) < LEAST:
+        raise checks.refuse(name, "in mm, some 800 from the base; metres? units.m(...)", value)
+
+
 def check_range(joint: str, unit: str, low: float, high: float) -> None:
     """Refuse limits of a joint's position that cross, or are in degrees."""
     for name, value in (("position_min", low), ("position_max", high)):

@@ -168,7 +168,7 @@ def _geodesic(
 def _refuse_trimmed(mapping: str, radius: float, where: str) -> None:
     """Raise for what passes that are cut cannot be."""
     if mapping == "geodesic":
-        raise checks.refuse("mapping", f"another one than 'geodesic' {where}", mapping)
+        raise checks.refuse("mapping", f"one of {', '.join(MAPPINGS[:-1])} {where}", mapping)
     if radius:
         raise checks.refuse("radius", f"0 {where}; blended() rounds its corners", radius, "mm")
 

@@ -16,6 +16,7 @@ from sdpgrind.base.checks import Floats
 MOVING = 10  # chosen: least number of readings of a moving size; fewer leave the variance unknown
 _STILL = 10  # chosen: equal readings in a row that count as a frozen gauge
 _SIGMAS = 5.0  # chosen: rejects one good Gaussian reading in 1.7 million
+_ANOTHER = 0.5  # chosen: share of the range of a size by which it jumps back where another part begins
 _QUANTITIES = {"command_rate": "mm/s", "size": "mm", "grinding_power": "W", "power_saturated": "1"}
 
 
@@ -109,7 +110,9 @@ def fault(cycle: Cycle) -> str:
     if drops.size and drops.min() < -cycle.jitter:
         k = int(np.argmin(drops))
         size_of_it = f"the size jumps back by {-drops[k]:.4g} mm at {time[k + 1]:.2f} s"
-        return f"{size_of_it}, more than {_SIGMAS:g} standard deviations of its noise"
+        told = f"{size_of_it}, more than {_SIGMAS:g} standard deviations of its noise"
+        another = -drops[k] > _ANOTHER * np.ptp(size)
+        return f'{told}; of another part? Log.read takes its column, part="header"' if another else told
     if (count := int(np.sum(cycle.moving))) < MOVING:
         few = f"{count} readings of a moving size are too few: at least {MOVING} are needed"
         return f"{few} ({cycle.missing} are missing)"
