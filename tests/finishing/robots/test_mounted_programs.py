@@ -259,6 +259,17 @@ def test_what_is_refused_by_name():
     with pytest.raises(ValueError, match="the mechanical unit in rapid; got 'wait'"):
         other.program("rapid")
     assert other.program("krl").check().deviation <= 0.02
+    for unit in (
+        "T_ring1",
+        "w_ring1",
+        "p_ring1",
+        "ActUnit",
+        "ROB_1",
+    ):  # tool, work, procedure, and the robot's
+        robot = finishing.arm.MountedRobot(HELD, axes=(TABLE,), axis_names=(unit,))
+        taken = finishing.plan(ring(robot=robot), method="trapezoid")
+        with pytest.raises(ValueError, match=f"no other word of the program: .* in rapid; got '{unit}'"):
+            taken.program("rapid", name="ring1")
     three = finishing.arm.mounted(
         HELD,
         a=RAIL.replace(positions=1),

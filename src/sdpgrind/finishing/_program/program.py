@@ -55,7 +55,7 @@ _WORDS = (
     "stopj movej movel movec movep servoj set_tcp pose_trans pose_inv p work true false and or not global",
     "local sleep moveabsj speeddata zonedata tooldata wobjdata robtarget jointtarget pers const var num bool",
     "string tperror lin ptp circ bas wait int real frame pos axis e6pos signal loop repeat until switch case",
-    "default enum",
+    "default enum actunit deactunit confl confj mecunit rob_1",
 )
 _RESERVED = frozenset(" ".join(_WORDS).split())
 
@@ -267,8 +267,12 @@ def _check_axes(motion: PlannedMotion, target: str, name: str) -> None:
             f"axes that carry the work must be at most {most} in {target}; got {len(names)}; take csv or ros"
         )
     unit = names[-1] if names and target == "rapid" else ""
-    if unit and (not _is_word(unit, _UNIT) or unit.lower() == name.lower()):
-        rule = f"a letter, then letters, digits and _, at most {_UNIT}: it is the mechanical unit in rapid"
+    taken = {f"{mark}{name}".lower() for mark in ("", *rapid.MARKS)}
+    if unit and (not _is_word(unit, _UNIT) or unit.lower() in taken):
+        rule = (
+            f"a letter, then letters, digits and _, at most {_UNIT}, and no other word of the program: it is"
+            " the mechanical unit in rapid"
+        )
         raise checks.refuse("name of the axis that carries the work", rule, unit)
 
 
