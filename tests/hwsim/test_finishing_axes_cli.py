@@ -72,6 +72,7 @@ def test_fields_are_those_of_the_classes_and_the_first_table_stands_in_the_base(
         (TABLE.replace('"20 rpm"', '"20 mm/s"'), "robot.turntable.speed_max must have a unit like rad/s"),
         (TABLE.replace("[", "[", 1).replace('["90 cm", 0, 80]', "[0.9, 0, 0.08]"), "[robot.turntable] origin must be in mm"),
         (TABLE.replace('origin = ["90 cm", 0, 80]\n', ""), "robot.turntable.origin is missing"),
+        (TABLE + 'axis = "z"', "robot.turntable.axis must be a list of numbers; got 'z'"),
         (TABLE.replace("angles = 4", "positions = 4"), "robot.turntable.positions is not a key"),
         (TABLE.replace("jerk_max = 40\n", ""), "[robot] jerk_max must be given for the robot and all axes"),
         (TABLE.replace('"STN_1"', '"q1"'), "[robot] names of the joints must be without repeats; got 'q1'"),

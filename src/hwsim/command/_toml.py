@@ -59,7 +59,8 @@ class Table:
     def list_of(self, key: str, unit: str) -> list[float]:
         values = self.take(key)
         if not isinstance(values, list):
-            raise ValueError(f"{self.path(key)} must be a list of numbers ({unit}); got {values!r}")
+            told = f" ({unit})" if unit else ""
+            raise ValueError(f"{self.path(key)} must be a list of numbers{told}; got {values!r}")
         return [quantity(f"{self.path(key)}[{k}]", value, unit) for k, value in enumerate(values)]
 
     def given(self, units: Mapping[str, str]) -> dict[str, float]:

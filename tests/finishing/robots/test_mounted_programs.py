@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from sdpgrind import finishing
+from sdpgrind.finishing._program.options import check_axes
 from sdpgrind.finishing._program.read_program import read_text
 
 pytestmark = pytest.mark.filterwarnings("ignore:.* is not the language of the")
@@ -273,6 +274,15 @@ def test_what_is_refused_by_name():
     with pytest.raises(ValueError, match="axes that carry the work must be at most 2 in krl; got 3"):
         many.program("krl")
     assert many.program("rapid").check().deviation <= 0.02
+
+
+@pytest.mark.parametrize("unit", ["T_ring1", "w_ring1", "p_ring1", "ActUnit", "ROB_1"])
+def test_a_unit_is_called_as_nothing_else_in_the_module(unit):
+    """Tool, work object, procedure, an instruction, the robot's own unit."""
+    robot = finishing.arm.MountedRobot(HELD, axes=(TABLE,), axis_names=(unit,))
+    with pytest.raises(ValueError, match=f"no other word of the program: .* unit; got '{unit}'"):
+        check_axes(robot, "rapid", "ring1")
+    check_axes(robot, "krl", "ring1")
 
 
 def test_what_the_head_says():

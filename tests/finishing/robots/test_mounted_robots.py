@@ -127,6 +127,18 @@ def test_candidates():
     assert RAIL.replace(positions=(3.0, 1.0)).candidates == (3.0, 1.0)
 
 
+@pytest.mark.parametrize("angles", [(3.5,), (3.5, 3.8), (-6.1, -5.9, -5.6), (-3.1, 3.1)])
+def test_a_table_stays_between_the_angles_that_are_given(angles):
+    """Not a whole turn beside them, where a cable would be wound; nor by the way round from one to another."""
+    table = STAND.replace(axis=(0, 0, 1), angles=angles)
+    path = finishing.hilbert(finishing.surface.flat_surface(12.0), 1)
+    problem = finishing.FinishingProblem(
+        path, robot=finishing.arm.mounted(HELD, table=table), placement=(650.0, -25.0, 100.0)
+    )
+    found = finishing.plan(problem, method="trapezoid").joints[:, -1]
+    assert min(angles) - 1e-9 <= found.min() and found.max() <= max(angles) + 1e-9
+
+
 def test_all_round_where_a_robot_whose_work_rests_does_not_reach():
     """The tip along the ring, by the rows of the chain and the angle of the turntable alone."""
     with pytest.raises(ValueError, match=r"poses\[0\] is out of reach by 1\d\d\.?\d* mm, with \d\d.* %"):

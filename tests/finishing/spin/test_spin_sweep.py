@@ -31,13 +31,13 @@ def candidates(seed, poses=5, count=4, **changes):
 
 def swept(of, parts=1):
     """Least cost, group and picks by the kernel, the poses in parts."""
-    shape = of.joints.shape
+    shape, bounded = of.joints.shape, np.empty((len(of.values), 0)) if of.around else of.values[:, None]
     cost, course, before = np.empty(shape[1:3]), np.empty((*shape[1:3], 3, shape[3])), []
     for piece in np.array_split(np.arange(shape[0]), parts):
         links = np.empty((piece.size, *shape[1:3]), dtype=np.int32)
         at = spin_kernels.sweep(
-            of.joints[piece], of.kept[piece], of.values, not before, of.low, of.high, of.turning, of.speed,
-            of.far, 1e-9, of.around, of.held, cost, course, links,
+            of.joints[piece], of.kept[piece], bounded, not before, of.low, of.high, of.turning, of.speed,
+            of.far, 1e-9, of.held, cost, course, links,
         )  # fmt: skip
         if at >= 0:
             return np.inf, -1, None
@@ -153,7 +153,11 @@ def shared_by_two(low, high):
         return np.stack([length / 10 + values[:, 0], values[:, 0]], axis=-1)[:, None]
 
     states = SimpleNamespace(
-        robot=robot, values=np.array([[-2.0], [2.0]]), around=np.array([False]), solved=solved
+        robot=robot,
+        values=np.array([[-2.0], [2.0]]),
+        around=np.array([False]),
+        wound=np.zeros(2, dtype=bool),
+        solved=solved,
     )
     return CourseTask(states, np.empty((101, 4, 4)), length, 0), length
 

@@ -29,7 +29,7 @@ _WORDS = (
     "stopj movej movel movec movep servoj set_tcp pose_trans pose_inv p work true false and or not global",
     "local sleep moveabsj speeddata zonedata tooldata wobjdata robtarget jointtarget pers const var num bool",
     "string tperror lin ptp circ bas wait int real frame pos axis e6pos signal loop repeat until switch case",
-    "default enum",
+    "default enum actunit deactunit confl confj mecunit rob_1",
 )
 _RESERVED = frozenset(" ".join(_WORDS).split())
 
@@ -110,15 +110,16 @@ def check_axes(robot: Any, target: str, name: str) -> None:
             f"axes that carry the work must be at most {most} in {target}; got {len(names)}; take csv or ros"
         )
     for each in names if target in ("rapid", "krl") else ():
-        taken = {*_RESERVED, name.lower()} if target == "rapid" and each == names[-1] else set[str]()
-        _check_axis_name(each, target, taken)
+        unit = target == "rapid" and each == names[-1]
+        own = {f"{mark}{name}".lower() for mark in ("", *rapid.MARKS)}
+        _check_axis_name(each, target, _RESERVED | own if unit else set())
 
 
 def _check_axis_name(name: str, target: str, taken: Collection[str]) -> None:
     """Refuse the name of an axis; names are `taken` for one that is a mechanical unit."""
     if not _is_word(name, _UNIT, taken):
         rule = f"a letter, then letters, digits and _, at most {_UNIT} in {target}"
-        more = ", and no word of it or name of the program: it is the mechanical unit" if taken else ""
+        more = ", and no other word of the program: it is the mechanical unit" if taken else ""
         raise checks.refuse("name of an axis that carries the work", f"{rule}{more}", name)
 
 

@@ -19,13 +19,14 @@ from sdpgrind.finishing._program.form import (
 
 _TURNS = 8  # derived: decimals of a quaternion, the digits of single precision
 _SLOW = "v50"  # mm/s, source: RAPID, predefined speeddata for moves by hand
+MARKS = ("p_", "t_", "w_")  # chosen: before the name of a program: procedure, tool and work object
 AXES_MAX, _NONE = 6, "9E9"  # source: RAPID, external axes a to f, and one that there is not
 _ORIGIN = "[[0,0,0],[1,0,0,0]]"  # derived: a frame without shift and turn
 
 
 def module(blocks: Blocks, form: TextForm, branch: int) -> str:
     """Write a module with one procedure."""
-    tool, work = f"t_{form.name}", f"w_{form.name}"
+    procedure, tool, work = (f"{mark}{form.name}" for mark in MARKS)
     after = f"{tool}\\WObj:={work};"
     robot = len(form.start) - len(form.units)
     start = f"[{_list(np.degrees(form.start[:robot]), DEGREES)},{_extax(form.start[robot:], form)}]"
@@ -40,7 +41,7 @@ def module(blocks: Blocks, form: TextForm, branch: int) -> str:
     body = [
         f"PERS tooldata {tool}:=[TRUE,{frame(form.frames.tool)},[1,[0,0,1],[1,0,0,0],0,0,0]];",
         f"PERS wobjdata {work}:={_wobjdata(form)};",
-        f"PROC p_{form.name}()",
+        f"PROC {procedure}()",
         *(f"  ActUnit {unit};" for unit in form.names[-1:]),
         "  ConfL\\On;",
         *(f"  {move}" for move in moves),

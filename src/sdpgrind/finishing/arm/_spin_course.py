@@ -18,7 +18,7 @@ from scipy.sparse.linalg import spsolve
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _serial_kernels as kernels
 from sdpgrind.finishing.arm._inverse import SLACK
-from sdpgrind.finishing.arm._robot import angular, middle
+from sdpgrind.finishing.arm._robot import middle
 from sdpgrind.finishing.arm._spin_states import SpinStates
 from sdpgrind.finishing.arm._spin_sweep import SINGULAR, distance_of
 
@@ -63,7 +63,7 @@ class CourseTask:
     def __init__(self, states: SpinStates, poses: Floats, length: Floats, group: int) -> None:
         self.states, self.poses, self.length, self.group = states, poses, length, group
         robot = states.robot
-        self.turns, self.middle = angular(robot), middle(robot)
+        self.turns, self.middle = states.wound, middle(robot)
         self.low, self.high = (np.array(each, float) for each in (robot.position_min, robot.position_max))
         self.speed = np.array(robot.speed_max, dtype=float)
         self.least, self.most = states.values.min(axis=0), states.values.max(axis=0)

@@ -70,7 +70,16 @@ def _open(joints, kept, low, high, turns, slack, cost, course):
 
 
 @compiled
-def _best(joints, values, cost, course, c, low, high, turns, speed, far, slack, around, held):
+def _beyond(values, c, before):
+    """Whether a freedom that does not come round again would do so between two candidates, values (c, f)."""
+    out = False
+    for f in range(values.shape[1]):
+        out = out or abs(values[c, f] - values[before, f]) > math.pi
+    return out
+
+
+@compiled
+def _best(joints, values, cost, course, c, low, high, turns, speed, far, slack, held):
     """Least cost to candidate c of a group, joints (n,), and the candidate before; inf and -1: none.
 
     Of equal ones the first is taken, c itself before all others.
@@ -80,7 +89,7 @@ def _best(joints, values, cost, course, c, low, high, turns, speed, far, slack, 
         before = c if turn == 0 else (turn if turn > c else turn - 1)
         if cost[before] >= least:
             continue
-        if not around and abs(values[c] - values[before]) > math.pi:
+        if _beyond(values, c, before):
             continue
         time = _time(joints, course[before, 0], speed, turns, far, least - cost[before])
         if cost[before] + time < least and _passes(joints, course[before], low, high, turns, slack):
@@ -89,17 +98,15 @@ def _best(joints, values, cost, course, c, low, high, turns, speed, far, slack, 
 
 
 @compiled
-def sweep(
-    joints, kept, values, first, low, high, turns, speed, far, slack, around, held, cost, course, before
-):
+def sweep(joints, kept, values, first, low, high, turns, speed, far, slack, held, cost, course, before):
     """Carry the least cost over poses; return the first pose to which nothing leads, or -1.
 
     Joints (m, g, c, n) of c candidates in each of g groups, `kept` (m, g, c) tells which may be taken, and
-    `values` (c,) their turn of the tool. From pose to pose the group stays; no angle turns by more than
-    `far`; the course of a joint from its start, moved by whole turns, stays within `low` and `high` (n,).
-    `cost` (g, c) and `course` (g, c, 3, n: last, least and most of a joint) are those at the pose before, or
-    begin at the first. `before` (m, g, c): candidate before each, -1: none. `around`: turns add up to any
-    size; `held`: the candidate stays, too.
+    `values` (c, f) those of their angles that stay between the outer ones. From pose to pose the group stays;
+    no angle turns by more than `far`; the course of a joint from its start, moved by whole turns, stays
+    within `low` and `high` (n,). `cost` (g, c) and `course` (g, c, 3, n: last, least and most of a joint) are
+    those at the pose before, or begin at the first. `before` (m, g, c): candidate before each, -1: none.
+    `held`: the candidate stays, too.
     """
     there, behind = np.empty_like(cost), np.empty_like(course)
     for i in range(len(joints)):
@@ -120,7 +127,7 @@ def sweep(
                     continue
                 at = joints[i, g, c]
                 time, found = _best(
-                    at, values, cost[g], course[g], c, low, high, turns, speed, far, slack, around, held
+                    at, values, cost[g], course[g], c, low, high, turns, speed, far, slack, held
                 )
                 if found < 0:
                     continue

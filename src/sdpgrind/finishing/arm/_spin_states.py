@@ -11,7 +11,7 @@ from sdpgrind.finishing.arm import _spin_kernels as kernels
 from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.arm._inverse import BRANCHES
 from sdpgrind.finishing.arm._mounted import MountedRobot
-from sdpgrind.finishing.arm._robot import Robot, middle
+from sdpgrind.finishing.arm._robot import Robot, angular, middle
 
 MOST = 720  # chosen: turns of half a degree; more are beyond what is smoothed afterwards
 _SAME = 1e-9  # rad, chosen: turns nearer than this are one
@@ -72,6 +72,24 @@ class SpinStates(NamedTuple):
     names: tuple[str, ...]
     values: Floats
     around: Bools
+
+    @property
+    def bounded(self) -> Bools:
+        """Which freedoms (f,) are angles that stay between the outer candidates: turns of tool and tables."""
+        angles = np.zeros(len(self.names), dtype=bool)
+        angles[0] = True
+        if isinstance(self.robot, MountedRobot):
+            angles[1 : 1 + len(self.robot.axes)] = [axis.unit == "rad" for axis in self.robot.axes]
+        return angles & ~self.around
+
+    @property
+    def wound(self) -> Bools:
+        """Which joints (n,) are known but for whole turns: all that turn, less tables between candidates."""
+        out = angular(self.robot)
+        if isinstance(self.robot, MountedRobot):
+            count = len(self.robot.axes)
+            out[len(out) - count :] &= self.around[1 : 1 + count]
+        return out
 
     @property
     def told(self) -> str:

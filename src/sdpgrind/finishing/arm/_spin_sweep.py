@@ -34,7 +34,7 @@ def swept(states: SpinStates, poses: Floats, *, held: bool = False) -> Swept:
     robot = states.robot
     low, high = (np.array(limit, dtype=float) for limit in (robot.position_min, robot.position_max))
     speed, turns = np.array(robot.speed_max, dtype=float), angular(robot)
-    values, around = np.ascontiguousarray(states.values[:, 0]), bool(states.around[0])
+    values = np.ascontiguousarray(states.values[:, states.bounded])
     found: list[Any] = []
     cost = course = np.empty(0)
     for start, part in _parts(poses, len(values)):
@@ -44,8 +44,8 @@ def swept(states: SpinStates, poses: Floats, *, held: bool = False) -> Swept:
         if not found:
             cost, course = np.empty(kept.shape[1:]), np.empty((*kept.shape[1:], 3, joints.shape[3]))
         at = kernels.sweep(
-            joints, kept, values, not found, low, high, turns, speed, FAR, SLACK, around, held,
-            cost, course, before,
+            joints, kept, values, not found, low, high, turns, speed, FAR, SLACK, held, cost,
+            course, before,
         )  # fmt: skip
         if at >= 0:
             _refuse(states.told, start + int(at), joints[at], kept[at])
