@@ -7,7 +7,7 @@ from typing import Any
 def add_keys(subparsers: Any) -> None:
     """Add the command to the subparsers."""
     about = "make a pair of keys for machines behind OPC UA, and a folder for the certificates of peers"
-    parser = subparsers.add_parser("keys", help=about, description=f"M{about[1:]}.")
+    parser = subparsers.add_parser("keys", help=about, description=f"{about[0].upper()}{about[1:]}.")
     parser.add_argument("folder", help="where they are made; nothing is overwritten")
     parser.set_defaults(work=work)
 

@@ -14,6 +14,7 @@ from sdpgrind.finishing.arm._chain_checks import check_away, check_range
 
 MOST = 720  # chosen: candidates of half a degree; more are beyond what is smoothed afterwards
 _SAME = 1e-9  # rad or mm, chosen: candidates nearer than this are one
+_ROUNDING = 1e-15  # derived: of a length of 1
 _SHORTEST = 5.0  # mm, chosen: a travel below is in metres
 
 
@@ -278,7 +279,7 @@ def _direction(name: str, value: Any) -> tuple[float, ...]:
     size = float(np.linalg.norm(found))
     if size == 0.0:
         raise checks.refuse(name, "a direction, with a length above 0", value)
-    return tuple((found / size).tolist()) if abs(size - 1.0) > 1e-15 else tuple(found.tolist())
+    return tuple((found / size).tolist()) if abs(size - 1.0) > _ROUNDING else tuple(found.tolist())
 
 
 def _travel(name: str, value: Any) -> tuple[float, ...]:

@@ -65,9 +65,7 @@ def _of_carried(robot: MountedRobot, sides: Sides) -> list[_ProofRule]:
     reach, swept = reach_of(robot.robot), swept_sides(robot, sides)
     if reach is None or swept is None or sides == FREE:
         return []
-    rule = _of_reach_in_box(reach, swept)
-    moved = rule.sentence.replace("in the box,", "in the box and the axes anywhere,")
-    return [rule._replace(sentence=moved)]
+    return [_of_reach_in_box(reach, swept, "in the box and the axes anywhere")]
 
 
 def _of_table(arm: Arm) -> list[_ProofRule]:
@@ -95,9 +93,9 @@ def _of_reach(reach: Reach) -> _ProofRule:
     return _ProofRule("reach", partial(ball_needed, reach), sentence)
 
 
-def _of_reach_in_box(reach: Reach, sides: Sides) -> _ProofRule:
+def _of_reach_in_box(reach: Reach, sides: Sides, where: str = "in the box") -> _ProofRule:
     sentence = (
-        "with the origin in the box, {free} the wrist is {needed} mm from the shoulder on axis 1 at some"
+        f"with the origin {where}, {{free}} the wrist is {{needed}} mm from the shoulder on axis 1 at some"
         " contact; the links reach {available} mm"
     )
     return _ProofRule("reach", partial(wrist_from_box, reach, sides), sentence)
