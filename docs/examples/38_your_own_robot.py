@@ -75,7 +75,7 @@ print(f"the robot nearby would be {np.linalg.norm(off[:3, 3]):.2f} mm off")
 # A motion
 # --------
 # Robots ready to use are listed by ``robots``; limits and tool are replaced as those of any other object. A robot without
-# a table has to be told where the work lies.
+# a table has to be told where the work lies; else ``place`` searches, and a warning says where.
 for info in finishing.robots():
     print(f"{info.name}: {info.about}")
 robot = finishing.robot("ur10").replace(tool=finishing.tool(length=150.0))

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from functools import reduce
 from importlib import import_module
 
@@ -15,6 +16,7 @@ import pytest
 from codegen_inside import EXPORTED
 
 import sdpgrind
+from sdpgrind import plunge
 from sdpgrind.base import whole_files
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.codegen import Recipe
@@ -199,8 +201,24 @@ def test_what_has_no_recipe(tmp_path):
         TypeError, match=r"thing must be one of weldbead.SequencePolicy, sdp.Policy, .* got dict"
     ):
         sdpgrind.export({}, tmp_path / "x")
+    with pytest.raises(TypeError, match=r"got CycleProblem, whose plunge.CycleController\(problem\) is one$"):
+        sdpgrind.export(plunge.preset("simulation"), tmp_path / "x")
     with pytest.raises(ValueError, match=r"target must be"):
         sdpgrind.export(recipe(), tmp_path / "x", target="st")
+
+
+@needs_gcc
+def test_a_check_tells_how_far_it_is(tmp_path):
+    made, told = sdpgrind.export(recipe(), tmp_path / "smith"), []
+    found = made.check(
+        100, ["gcc"], levels=["-O0"], targets=[], progress=lambda share, text: told.append((share, text))
+    )
+    assert str(found) == "equal: 100 steps of gcc -O0"
+    other = replace(found, status="differs", builds={"gcc -O0": 3}, missing=("clang",))
+    assert str(other) == "differs: 100 steps of gcc -O0; 3 differ by gcc -O0; left out: clang"
+    shares = [share for share, _ in told]
+    assert shares == sorted(shares) and told[0] == (0.0, "gcc -O0")
+    assert told[-1][1] == "100 steps of each build: gcc -O0 from step 0 on"
 
 
 def test_an_export_that_fails_leaves_the_old_one(tmp_path, monkeypatch):

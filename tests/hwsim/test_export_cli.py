@@ -72,4 +72,4 @@ def test_errors_point_to_the_option(saved, tmp_path, capsys):
 def test_help(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
-    assert "Write a saved plan as C99 or as an FMU" in " ".join(capsys.readouterr().out.split())
+    assert "write a saved plan as C99 or as an FMU" in " ".join(capsys.readouterr().out.split())

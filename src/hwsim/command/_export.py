@@ -7,9 +7,9 @@ from typing import Any
 
 def add_export(subparsers: Any) -> None:
     """Add the command to the subparsers."""
-    about = "Write a saved plan as C99 or as an FMU"
+    about = "write a saved plan as C99 or as an FMU"
     more = " that gives the same bits as the library, with a self-test."
-    parser = subparsers.add_parser("export", help=about, description=about + more)
+    parser = subparsers.add_parser("export", help=about, description=f"W{about[1:]}{more}")
     parser.add_argument("plan", help="file of a plan, as plan.save writes it")
     parser.add_argument("folder", help="folder of NAME.h, NAME.c and the self-test, or NAME.fmu")
     parser.add_argument(
@@ -45,7 +45,8 @@ def work(arguments: argparse.Namespace) -> int:
         raise ValueError(
             "plan must be the file of a sequence policy, an sdp.Policy, a locus or a strategy;"
             f" {arguments.plan} holds a {type(plan).__name__};"
-            " controllers are exported from Python, by sdpgrind.export"
+            " controllers are exported from Python, as by"
+            " sdpgrind.export(plunge.CycleController(plan.problem), folder)"
         )
     outputs = arguments.outputs
     made = sdpgrind.export(

@@ -32,6 +32,12 @@ EXPORTED = (
     "centering.Strategy", "identify.RecursiveLeastSquares", "identify.RandomWalk",
 )  # fmt: skip
 """Classes with ``__export__``, by where they stand for a user; the docs say more of each."""
+_INSTEAD = {
+    "CyclePlan": "plunge.CycleController(plan.problem)",
+    "CycleProblem": "plunge.CycleController(problem)",
+    "Motion": "finishing.TorqueController(axis, motion)",
+}
+"""Classes without it -> the controller that is exported in their place."""
 
 
 def export(
@@ -151,7 +157,9 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     told = getattr(type(thing), "__export__", None)
     if told is None:
         rule = f"one of {', '.join(EXPORTED)}, table() or inversion() of a locus, or a codegen.Recipe"
-        raise TypeError(f"thing must be {rule}; got {type(thing).__name__}")
+        name = type(thing).__name__
+        instead = f", whose {_INSTEAD[name]} is one" if name in _INSTEAD else ""
+        raise TypeError(f"thing must be {rule}; got {name}{instead}")
     recipe: Recipe = thing.__export_tables__(asked) if asked.given else told(thing)
     return recipe
 

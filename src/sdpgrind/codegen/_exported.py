@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from sdpgrind.base import checks
+from sdpgrind.base.progress import ProgressOption, reporting
 from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._fmi.archive import export_folder
 from sdpgrind.codegen._proof.builds import TARGETS
@@ -67,6 +68,7 @@ class Exported:
             sources = (folder / f"{name}.h", *sources_of(folder, str(name)))
             return sum(one.stat().st_size for one in sources)
 
+    @reporting
     def check(
         self,
         states: int = 100_000,
@@ -75,6 +77,7 @@ class Exported:
         levels: Sequence[str] = LEVELS,
         targets: Sequence[str] = TARGETS,
         rng: Seed = 0,
+        progress: ProgressOption = None,
     ) -> ExportCheck:
         """Compile the C with each compiler at each level and compare it with the library in bits.
 
@@ -98,6 +101,8 @@ class Exported:
             qemu-user, where their C library has the bits of this computer's). What is not run is named.
         rng : int, SeedSequence or Generator
             Source of the inputs.
+        progress : callable(share, text), True or None
+            True: a line with the time left. Default: a line on standard error when it takes long.
 
         Returns
         -------
@@ -112,13 +117,14 @@ class Exported:
         RuntimeError
             When a compiler refuses the C, or a sanitizer stops it.
         """
+        assert callable(progress)  # made by the decorator
         checks.count("states", states)
         names = _several("compilers", compilers, "('gcc',)"), _several("levels", levels, "('-O2',)")
         wanted = _several("targets", targets, "('sanitizers',)")
         for target in wanted:
             checks.one_of("targets", target, TARGETS)
         with export_folder(self.path) as folder:
-            return checked(self.recipe, folder, self.manifest, states, *names, wanted, rng)
+            return checked(self.recipe, folder, self.manifest, states, *names, wanted, rng, progress)
 
     def controller(self, compiler: str = "gcc") -> CompiledController:
         """Return a controller whose `step` runs the C (mm, s, N): the first half of hardware in the loop.

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.base.progress import Progress, portion
 from sdpgrind.base.rng import Seed
 from sdpgrind.codegen._files import vector_kernels
 from sdpgrind.codegen._files.vectors import ROWS, Answers, LibrarySteps, ReferenceSteps, Varied, rows_of
@@ -19,6 +20,7 @@ from sdpgrind.codegen._proof.reference import COMPILERS, library_of
 from sdpgrind.codegen._recipe import Recipe
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3")
+_BUILDING = 0.3  # chosen: share of progress for compilers, and again for sanitizers and emulators
 _CHUNK = 20_000  # chosen: steps at once: 25 MB of states of a controller of plunge
 
 
@@ -82,6 +84,12 @@ class ExportCheck:
     stack: dict[str, int] = field(default_factory=dict)
     reference: str = "library"
 
+    def __str__(self) -> str:
+        differ = [f"{count} differ by {build}" for build, count in self.builds.items() if count]
+        steps = [f"{self.states} steps of {', '.join(self.builds) or 'no build'}"]
+        absent = [f"left out: {', '.join(self.missing)}"] if self.missing else []
+        return f"{self.status}: {'; '.join([*steps, *differ, *absent])}"
+
     @property
     def differing(self) -> int:
         """Number of steps (unit 1) that differ, of all builds; raises where nothing was run."""
@@ -101,6 +109,7 @@ def checked(
     levels: Sequence[str],
     targets: Sequence[str],
     rng: Seed,
+    progress: Progress,
 ) -> ExportCheck:
     """Compare all builds with the reference on varied inputs of the recipe."""
     with tempfile.TemporaryDirectory() as kept:
@@ -112,11 +121,13 @@ def checked(
         made = Builds(
             recipe, folder, Path(kept), str(manifest["name"]), () if own else manifest["libm"], given.fresh
         )
-        for compiler, level in product(there, levels):
-            if f"{compiler} {level}" != name:
-                made.add_library(compiler, level)
+        wanted = [pair for pair in product(there, levels) if " ".join(pair) != name]
+        for k, (compiler, level) in enumerate(wanted):
+            progress(_BUILDING * k / len(wanted), f"{compiler} {level}")
+            made.add_library(compiler, level)
+        progress(_BUILDING, ", ".join(targets) or "comparing")
         missing += made.add_targets(there, targets)
-        counts, first = _compared(recipe, made, given, states, rng)
+        counts, first = _compared(recipe, made, given, states, rng, portion(progress, 2 * _BUILDING, 1.0))
         stack = made.stack(levels) if "gcc" in there else {}
     status = "not run" if not counts else "differs" if sum(counts.values()) else "equal"
     steps = {build: int(min(states, most)) for build, most in made.most.items()}
@@ -138,7 +149,7 @@ def _reference(
 
 
 def _compared(
-    recipe: Recipe, made: Builds, reference: ReferenceSteps, states: int, rng: Seed
+    recipe: Recipe, made: Builds, reference: ReferenceSteps, states: int, rng: Seed, progress: Progress
 ) -> tuple[dict[str, int], Difference | None]:
     """Return the number of steps that differ, by build, and the first of them."""
     counts, first = dict.fromkeys(made.builds, 0), None
@@ -146,6 +157,7 @@ def _compared(
         for build, runner in made.builds.items():
             if begin >= made.most[build]:
                 continue
+            progress(begin / states, f"{states} steps of each build: {build} from step {begin} on")
             found = runner.take(*rows)
             wrong = _wrong(found, wanted)
             counts[build] += int(wrong.sum())
