@@ -66,7 +66,7 @@ def gap(path, pitch, count=401):
     [("parabola", 1.0), ("parabola", 0.5), ("wavy", 2.0), ("steep", 2.0), ("bumpy", 2.0)],
 )
 def test_gaps_where_fronts_collide(surface, pitch):
-    """With level sets alone: 1.35 and 1.91 pitches in the parabola, 1.20, 1.09 on the steep surface, 1.12."""
+    """Before: 1.35 and 1.91 pitches in the parabola, 1.20, 1.09 on the steep surface, 1.12."""
     assert 0.9 < gap(passes(surface, pitch), pitch) <= 1.03
 
 
