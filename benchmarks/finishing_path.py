@@ -7,14 +7,18 @@ part of it alone.
 
 import argparse
 from collections.abc import Callable
+from time import process_time
 
 import geomdl.BSpline
 import numpy as np
 from hilbertcurve.hilbertcurve import HilbertCurve
 from measure import clock, median
 from scipy.interpolate import BSpline, NdBSpline
+from scipy.spatial import cKDTree
 
-from sdpgrind.finishing import Path, Surface, hilbert
+from sdpgrind.finishing import Path, Surface, hilbert, zigzag
+from sdpgrind.finishing.path import _geodesic as geodesic
+from sdpgrind.finishing.path import _geodesic_passes as geodesic_passes
 from sdpgrind.finishing.path import hilbert_lsystem, hilbert_nodes
 from sdpgrind.finishing.path._equal_area import equal_area
 from sdpgrind.finishing.surface import nominal_surface, uneven_surfaces
@@ -195,6 +199,51 @@ def maps(times: int) -> None:
         )
 
 
+def bumps(seed: int) -> Surface:
+    """A random surface of 50 by 50 mm, 9 mm up and down."""
+    x, y = np.meshgrid(*2 * [np.linspace(0.0, 50.0, 9)], indexing="ij")
+    return Surface.bspline(
+        np.stack([x, y, 9.0 * np.random.default_rng(seed).uniform(-1, 1, (9, 9))], axis=-1)
+    )
+
+
+def widest(path: Path, pitch: float, count: int = 401) -> float:
+    """Widest gap in pitches, a pitch and more away from the border, at places of a grid."""
+    side = np.linspace(0.0, 1.0, count)
+    point = path.surface.grid(side, side).point
+    border = cKDTree(np.concatenate([point[0], point[-1], point[:, 0], point[:, -1]]))
+    inner = point.reshape(-1, 3)[border.query(point.reshape(-1, 3))[0] > 1.01 * pitch]
+    return float(2 * cKDTree(path.sample(pitch / 50).point).query(inner)[0].max() / pitch)
+
+
+def by_level_sets(surface: Surface, pitch: float) -> Path:
+    """The path without passes along shocks and nodes in kinks."""
+    kept, geodesic_passes._missed = geodesic_passes._missed, lambda *_: False
+    try:
+        return zigzag(surface, pitch, mapping="geodesic")
+    finally:
+        geodesic_passes._missed = kept
+
+
+def gaps() -> None:
+    print(
+        "\n## Gaps of geodesic passes, pitches\n| surface | pitch [mm] | level sets alone | with shocks |"
+        " CPU [s] |\n|---|---|---|---|---|"
+    )
+    bend = [[[x, low + 45 * c, 0.0] for c in (0.0, 1.0)] for x, low in ((-25, 25), (0, -25), (25, 25))]
+    for name, surface, pitch in (
+        ("parabola", Surface.bspline(bend, degree=(2, 1)), 2.0),
+        ("steep", uneven_surfaces()["steep"], 1.0),
+        ("random", bumps(0), 2.0),
+    ):
+        geodesic.distance_field.cache_clear()
+        begin = process_time()
+        path = zigzag(surface, pitch, mapping="geodesic")
+        took = process_time() - begin
+        alone = by_level_sets(surface, pitch)
+        print(f"| {name} | {pitch:g} | {widest(alone, pitch):.3f} | {widest(path, pitch):.3f} | {took:.1f} |")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--times", type=int, default=15, help="runs of which the median is told")
@@ -204,6 +253,7 @@ def main() -> None:
     alike(given.order, given.times)
     parts(given.order, given.times)
     maps(max(given.times // 5, 1))
+    gaps()
 
 
 if __name__ == "__main__":

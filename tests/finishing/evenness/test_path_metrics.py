@@ -202,6 +202,17 @@ def test_strips_of_a_zigzag():
     assert even.metrics(1.0, surface_step=0.5).cell_area_cv < 1e-6
 
 
+def test_a_move_is_no_strip():
+    """A straight way back over most of the side, and a short pass at its end, change nothing."""
+    lines, along = np.array([0.1, 0.3, 0.8]), np.linspace(0.1, 0.9, 17)
+    nodes = [[a, c] for k, c in enumerate(lines) for a in along[:: 1 - 2 * (k % 2)]]
+    tail = [[0.2, 0.75], [0.2, 0.7], [0.2, 0.65]]
+    plain, moved = (
+        Path(flat_surface(10.0), np.array(each), pattern="zigzag") for each in (nodes, nodes + tail)
+    )
+    np.testing.assert_allclose(cell_areas(moved), cell_areas(plain), rtol=1e-12)
+
+
 def test_no_cells_for_other_paths():
     found = Path(flat_surface(10.0), np.array([[0.1, 0.1], [0.5, 0.4], [0.9, 0.2]])).metrics(1.0)
     assert found.cell_area_cv is None and "cell areas     not defined for this pattern" in repr(found)

@@ -19,6 +19,9 @@ COLUMNS, INTERVALS = 64, 512  # chosen: places along passes at which strips are 
 SAME = 1e-9  # of the square, chosen: rounding of a coordinate
 # chosen: travel across over travel along a side, in the square, from which on a part of a path is no pass
 SLANT = 0.5
+# chosen: a leg along the passes longer than so many times the length that this share of them keeps is a move
+# between passes, as from the last geodesic one to one along a shock
+LONG, USUAL = 2.0, 0.9
 
 
 class CellRoute(Protocol):
@@ -83,7 +86,8 @@ def _strips(path: CellRoute) -> Floats | None:
     along = "u" if move[0] >= move[1] else "v"
     square = Square(path.surface, path.mapping, along)
     s, weight = gauss(np.array([0.0, 1.0]), COLUMNS)
-    found = _passes(path.nodes if along == "u" else path.nodes[:, ::-1], s)
+    chords = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
+    found = _passes(path.nodes if along == "u" else path.nodes[:, ::-1], chords, s)
     if found is None:
         return None
     passes = np.sort(found, axis=0)
@@ -95,14 +99,16 @@ def _strips(path: CellRoute) -> Floats | None:
     return np.asarray(np.diff(weight @ np.array(below)))
 
 
-def _passes(nodes: Floats, s: Floats) -> Floats | None:
+def _passes(nodes: Floats, chords: Floats, s: Floats) -> Floats | None:
     """Places across (passes, k) at `s` (k,) of the passes, parts of a path longer than half of the longest.
 
-    None for fewer than two, or where one is too steep.
+    Legs, of lengths `chords`, that are moves belong to none. None for fewer than two, or where one is steep.
     """
     way = np.sign(np.where(np.abs(np.diff(nodes[:, 0])) > SAME, np.diff(nodes[:, 0]), 0.0))
-    legs = np.flatnonzero(way)
-    parts = np.split(legs, np.flatnonzero(np.diff(way[legs])) + 1)
+    moves = chords > LONG * np.quantile(chords[way != 0], USUAL)
+    legs = np.flatnonzero((way != 0) & ~moves)
+    cuts = (np.diff(way[legs]) != 0) | (np.diff(np.cumsum(moves)[legs]) != 0)
+    parts = np.split(legs, np.flatnonzero(cuts) + 1)
     runs = [nodes[np.append(part, part[-1] + 1)] for part in parts]
     longest = max(np.ptp(run[:, 0]) for run in runs)
     found = [run[np.argsort(run[:, 0])] for run in runs if np.ptp(run[:, 0]) > longest / 2]

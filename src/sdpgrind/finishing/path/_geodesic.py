@@ -4,7 +4,8 @@ The distance d is the viscosity solution of the eikonal equation g^ij d_i d_j = 
 least one where fronts of two parts of the border meet, or go round a corner of it.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -20,14 +21,21 @@ NODES = 257
 SWEEPS, REFINEMENTS = 60, 2  # chosen: limit of the sweeps, and passes of second order
 
 
-class Field(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Field:
     """Distance (n, m) from the border c = 0 at places s (n,) along it and c (m,) across, mm."""
 
     s: Floats
     c: Floats
     distance: Floats
 
+    @cached_property
+    def columns(self) -> list[PchipInterpolator]:
+        """Place across as a function of the distance, for each place along."""
+        return [PchipInterpolator(distance, self.c) for distance in self.distance]
 
+
+@lru_cache(maxsize=2)  # chosen: for other pitches, or with lifts; some 15 MB each
 def distance_field(square: Square, nodes: int = NODES) -> Field:
     """Return the distance on the surface from the border c = 0; on skewed grids by twice as many nodes."""
     s = c = np.linspace(0.0, 1.0, nodes)
@@ -75,7 +83,7 @@ def refuse_folds(field: Field, along: str) -> None:
 def level_sets(field: Field, levels: Floats) -> Floats:
     """Places c (n, levels) of distances in each column; NaN beyond the far border."""
     found = np.full((field.s.size, levels.size), np.nan)
-    for i, distance in enumerate(field.distance):
-        inside = levels <= distance[-1]
-        found[i, inside] = PchipInterpolator(distance, field.c)(levels[inside])
+    for i, column in enumerate(field.columns):
+        inside = levels <= field.distance[i, -1]
+        found[i, inside] = column(levels[inside])
     return found

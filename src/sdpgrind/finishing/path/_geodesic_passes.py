@@ -16,6 +16,7 @@ from sdpgrind.finishing.path._shock_passes import STEP, TOO_FAR, PassField, shoc
 from sdpgrind.finishing.path._shocks import FINE, LevelKinks, LevelSets, shocks
 from sdpgrind.finishing.path._spacing import ROUNDING
 from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.path._turns_back import beside
 from sdpgrind.finishing.surface._creases import refuse_creases
 
 BEND, PARTS = 0.15, 4  # rad, chosen: turn between nodes of a pass that needs others between; most parts
@@ -117,7 +118,7 @@ def _laid(square: Square, sets: LevelSets, rim: Rim, pitch: float, radius: float
         places, corners = joined(square, [*passes, PathPass.straight(rim.columns, rim.top)], radius)
     else:
         places, corners = joined(square, passes, radius) if passes else (np.empty((0, 2)), np.empty(0, bool))
-        places, corners = _worked_off(places, corners, ends, rim)
+        places, corners = _worked_off(square, places, corners, ends, rim, pitch)
     sharp = _at_kinks(sets, places) if sets.close else _kinks(square, places)
     return places, corners | sharp
 
@@ -129,8 +130,7 @@ def _split(
     field, columns = sets.field, rim.columns
     inside = field.s[(field.s > columns[0]) & (field.s < columns[-1])]
     s = np.concatenate([columns[:1], inside, columns[-1:]])
-    top = [float(PchipInterpolator(field.c, row)(rim.top)) for row in field.distance]
-    reach = CubicSpline(field.s, top)(s)
+    reach = CubicSpline(field.s, PchipInterpolator(field.c, field.distance, axis=1)(rim.top))(s)
     whole: list[PathPass] = []
     pieces: list[list[PathPass]] = []
     for level, c, found, bend in zip(sets.levels, sets.places.T, sets.kinks, sets.bends.T, strict=True):
@@ -229,7 +229,12 @@ def _length(square: Square, each: PathPass) -> float:
 
 
 def _worked_off(
-    places: Floats, corners: Bools, pieces: Sequence[Sequence[PathPass]], rim: Rim
+    square: Square,
+    places: Floats,
+    corners: Bools,
+    pieces: Sequence[Sequence[PathPass]],
+    rim: Rim,
+    pitch: float,
 ) -> tuple[Floats, Bools]:
     """Whole passes, then pieces column by column by way of the rim, then a pass along its top."""
     all_places, all_corners = [places], [corners]
@@ -247,7 +252,18 @@ def _worked_off(
         part, sharp = rim.between(start, end + np.sign(end - start) * 1e-6)
         all_places.append(part)
         all_corners.append(sharp)
-    return np.concatenate(all_places), np.concatenate(all_corners)
+    return _without_turn(square, np.concatenate(all_places), np.concatenate(all_corners), len(part), pitch)
+
+
+def _without_turn(
+    square: Square, places: Floats, corners: Bools, last: int, pitch: float
+) -> tuple[Floats, Bools]:
+    """A path whose `last` places go back on the way on which it came go aside before."""
+    at = len(places) - last
+    added = beside(square, places[at - 2], places[at - 1], places[at], pitch)
+    sharp = corners.copy()
+    sharp[at] |= bool(len(added))  # back on the way, at an angle
+    return np.insert(places, at, added, axis=0), np.insert(sharp, at, np.ones(len(added), bool))
 
 
 def _in_order(

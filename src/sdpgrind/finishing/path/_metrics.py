@@ -37,8 +37,9 @@ class PathMetrics(Frozen):
     cell_area_cv : float or None
         Coefficient of variation of the areas of cells, unit 1. Nodes on a lattice of the unit square
         (Hilbert): the part of the square nearest to a node, as it lies on the surface. Zigzag: the strip of
-        each pass, half way to its neighbours in the square; pieces shorter than half of the longest are no
-        passes. None: other paths, and fewer than two passes along one side.
+        each pass, half way to its neighbours in the square; pieces shorter than half of the longest, and
+        moves to passes along shocks, are no passes. None: other paths, passes or shocks too slanted for
+        strips, and fewer than two passes along one side.
     coverage : float
         Share of the surface's area within the footprint's radius of the path (straight distance), unit 1.
     largest_gap : float

@@ -12,6 +12,7 @@ import numpy as np
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path._nearest import Nearest
 from sdpgrind.finishing.path._square import Square
+from sdpgrind.finishing.path._turns_back import move_between
 
 FAR, TOO_FAR = (
     0.51,
@@ -23,8 +24,6 @@ CLOSE = 1 / 64  # pitches, chosen: places of a shock that are looked at; distanc
 STEP = (
     1 / 8
 )  # pitches, chosen: chords of passes for distances from them; 1/512 off where these bend by a pitch
-ASIDE = 0.25  # pitches, chosen: a way that would turn right back goes aside by that first
-BACK = 0.2  # chosen: half of the sum of unit tangents that turn right back, 157 degrees or more
 
 
 class PassField(NamedTuple):
@@ -122,7 +121,7 @@ def on_the_work(
         way = np.linalg.norm(square.points(*ends.T) - square.points(*here[:, None]), axis=1)
         k, backwards = divmod(int(way.argmin()), 2)
         run = left.pop(k)[:: 1 - 2 * backwards]
-        move = _move(square, before, here, run[0], run[1], pitch)
+        move = move_between(square, before, here, run[0], run[1], pitch)
         all_corners[-1][-1] = True
         sharp = np.zeros(len(run), bool)
         sharp[0] = True
@@ -130,32 +129,3 @@ def on_the_work(
         all_corners += [np.ones(len(move), bool), sharp]
         before, here = run[-2:]
     return np.concatenate(all_places), np.concatenate(all_corners)
-
-
-def _move(square: Square, before: Floats, here: Floats, goal: Floats, after: Floats, pitch: float) -> Floats:
-    """Places (n, 2) between two passes: aside where the move would turn right back at an end of it."""
-    out = np.empty((0, 2))
-    if _turns_back(square, before, here, goal):
-        out = np.append(out, [_aside(square, here, before, pitch)], axis=0)
-    start = out[-1] if len(out) else here
-    if _turns_back(square, start, goal, after):
-        out = np.append(out, [_aside(square, goal, after, pitch)], axis=0)
-    return out
-
-
-def _turns_back(square: Square, before: Floats, here: Floats, after: Floats) -> bool:
-    by_s, by_c = square.tangents(here[:1], here[1:])
-    legs = [(step[0] * by_s + step[1] * by_c)[0] for step in (here - before, after - here)]
-    one, other = (leg / max(float(np.linalg.norm(leg)), 1e-300) for leg in legs)
-    return bool(np.linalg.norm(one + other) < 2 * BACK)
-
-
-def _aside(square: Square, here: Floats, other: Floats, pitch: float) -> Floats:
-    """Place beside `here`, at a right angle to the way from `other`, towards the middle of the square."""
-    by_s, by_c = (each[0] for each in square.tangents(here[:1], here[1:]))
-    E, F, G = by_s @ by_s, by_s @ by_c, by_c @ by_c
-    a, b = here - other
-    way = np.array([-(F * a + G * b), E * a + F * b])  # at a right angle on the surface
-    way *= ASIDE * pitch / np.linalg.norm(way[0] * by_s + way[1] * by_c)
-    sides = here + way, here - way
-    return min(sides, key=lambda each: float(np.hypot(*(each - 0.5))))
