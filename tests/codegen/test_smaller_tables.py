@@ -258,11 +258,19 @@ def test_a_stop_whose_charge_is_bent_within_cells(tmp_path, name):
     assert 0 in statuses and len(statuses) > 1  # it stops, and it moves
 
 
+class Cubic(sdp.Quadratic):
+    """Another charge than the class it is made from."""
+
+    def __call__(self, z):
+        return 7.0 * np.asarray(z) ** 3
+
+
 def test_what_of_a_bent_charge_is_refused(tmp_path):
     """The condition that fails, and it alone."""
-    policy = bent(under=lambda x: x**2, over=sdp.Linear(2.0))
-    with pytest.raises(ValueError, match=r"charged by sdp.Constant.*got 'under function'"):
-        sdpgrind.export(policy, tmp_path / "thing")
+    for under, told in ((lambda x: x**2, "function"), (Cubic(1.0), "Cubic")):
+        policy = bent(under=under, over=sdp.Linear(2.0))
+        with pytest.raises(ValueError, match=rf"charged by sdp.Constant.*got 'under {told}'"):
+            sdpgrind.export(policy, tmp_path / "thing")
 
 
 def test_a_suggested_loss_is_kept(policy, tmp_path):

@@ -41,9 +41,9 @@ def _side(name: str, charge: Any) -> Side:
     side = getattr(charge, name)
     if side is None:
         return Side(0.0, 0.0, 0)
-    if isinstance(side, Constant):
+    if type(side) is Constant:  # exactly: a class made from it may charge otherwise
         return Side(side.amount, side.tolerance, 0)
-    if isinstance(side, Linear | Quadratic):
+    if type(side) in (Linear, Quadratic):
         return Side(side._factor, side.tolerance, side._power)
     rule = "a policy with a stop that is charged by sdp.Constant, sdp.Linear or sdp.Quadratic"
     raise checks.refuse("thing", rule, f"{name} {type(side).__name__}")
