@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from sdpgrind.finishing import Lift, Surface, zigzag
 from sdpgrind.finishing.path import LiftedPath
-from sdpgrind.finishing.path._geodesic_passes import geodesic_nodes
+from sdpgrind.finishing.path._geodesic_passes import _closer, geodesic_nodes
 from sdpgrind.finishing.path._shocks import shocks
 from sdpgrind.finishing.surface import nominal_surface, uneven_surfaces
 
@@ -68,6 +68,14 @@ def gap(path, pitch, count=401):
 def test_gaps_where_fronts_collide(surface, pitch):
     """Before: 1.35 and 1.91 pitches in the parabola, 1.20, 1.09 on the steep surface, 1.12."""
     assert 0.9 < gap(passes(surface, pitch), pitch) <= 1.03
+
+
+@pytest.mark.parametrize(("pitches", "count"), [(0.5, 3), (1.0, 3), (2.0, 5)])
+def test_long_legs_are_cut_at_smaller_turns(pitches, count):
+    """A leg of 2 pitches that turns by 0.1 rad cuts off as much as one of a pitch that turns by 0.2."""
+    s = np.linspace(0.0, 1.0, 101)
+    bend, way = np.full((2, s.size), [[0.1], [pitches]]) / 50
+    assert _closer(np.array([0.0, 0.5, 1.0]), s, bend, way).size == count
 
 
 def test_the_shock_of_a_parabola_is_its_axis():

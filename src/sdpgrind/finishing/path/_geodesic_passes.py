@@ -19,7 +19,7 @@ from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.path._turns_back import beside
 from sdpgrind.finishing.surface._creases import refuse_creases
 
-BEND, PARTS = 0.15, 4  # rad, chosen: turn between nodes of a pass that needs others between; most parts
+BEND, PARTS = 0.15, 4  # rad, chosen: turn of a leg of a pitch that needs nodes between; most parts
 NEAR = 0.25  # of the least distance of columns, chosen: nearer to an end or a kink of a pass there is no node
 SHORT = 0.25  # pitches, chosen: length of a piece that is dropped where gaps were too wide; else one pitch
 BESIDE = (-3, -1, 1, 3)  # of that, chosen: nodes beside a kink, as legs of a spline should grow gradually
@@ -133,22 +133,27 @@ def _split(
     reach = CubicSpline(field.s, PchipInterpolator(field.c, field.distance, axis=1)(rim.top))(s)
     whole: list[PathPass] = []
     pieces: list[list[PathPass]] = []
-    for level, c, found, bend in zip(sets.levels, sets.places.T, sets.kinks, sets.bends.T, strict=True):
+    each_level = zip(sets.levels, sets.places.T, sets.kinks, sets.bends.T, sets.ways.T / pitch, strict=True)
+    for level, c, found, bend, way in each_level:
         if not pieces and np.all(reach > level):
-            nodes = _nodes(_closer(columns, field.s, bend), found.between(rim.left, rim.right))
+            nodes = _nodes(_closer(columns, field.s, bend, way), found.between(rim.left, rim.right))
             whole.append(PathPass.curved(nodes, _curve(field.s, c, found)))
         else:
             ends = [each for each in _ends(s, reach - level) if _seen(field.s, c, each)]
-            closer = rim._replace(columns=_closer(columns, field.s, bend))
+            closer = rim._replace(columns=_closer(columns, field.s, bend, way))
             pieces.append([_piece(field.s, c, each, closer, found) for each in ends])
     least = pitch * (SHORT if sets.close else 1.0)
     return whole, [[each for each in level if _length(square, each) > least] for level in pieces]
 
 
-def _closer(columns: Floats, s: Floats, bend: Floats) -> Floats:
-    """Columns, with others between them where a level set turns by `bend` (n,) at places s (n,), rad."""
-    turned = np.diff(np.interp(columns, s, np.cumsum(bend)))
-    parts = np.clip(np.ceil(turned / BEND), 1, PARTS).astype(int)
+def _closer(columns: Floats, s: Floats, bend: Floats, way: Floats) -> Floats:
+    """Columns, with others between them where a level set bends much.
+
+    At places s (n,) it turns by `bend` (n,), rad, and is `way` (n,) long from the place before, pitches: what
+    a leg cuts off grows with its turn and its length.
+    """
+    turned, length = (np.diff(np.interp(columns, s, np.cumsum(each))) for each in (bend, way))
+    parts = np.clip(np.ceil(turned * np.maximum(length, 1.0) / BEND), 1, PARTS).astype(int)
     if parts.max(initial=1) == 1:
         return columns
     ends = zip(columns[:-1], columns[1:], parts, strict=True)

@@ -39,20 +39,24 @@ NO_KINKS = LevelKinks(*np.empty((3, 0)))
 class LevelSets:
     """Places (n, levels) of level sets in the columns of a field.
 
-    Looked at `closely`: their kinks, and how far (n, levels) they turn at each column, rad; else none.
+    Looked at `closely`: their kinks, how far (n, levels) they turn at each column, rad, and how long they are
+    from the column before, mm; else none.
     """
 
     def __init__(self, field: Field, levels: Floats) -> None:
         self.field, self.levels = field, levels
         self.places = level_sets(field, levels)
-        self.kinks, self.bends = [NO_KINKS] * levels.size, np.zeros(self.places.shape)
+        self.kinks = [NO_KINKS] * levels.size
+        self.bends = self.ways = np.zeros(self.places.shape)
         self.close = False
 
     def closely(self, square: Square) -> "LevelSets":
-        """Return them with kinks and turns."""
+        """Return them with kinks, turns and lengths."""
         out = copy(self)
         out.close = True
-        turns = _turns(square, self.field.s, self.places)
+        legs = _legs(square, self.field.s, self.places)
+        out.ways = np.pad(np.nan_to_num(np.linalg.norm(legs, axis=-1), nan=0.0), ((1, 0), (0, 0)))
+        turns = _turns(self.field.s, self.places, legs)
         out.kinks, out.bends = _kinks(self.field.s, self.places, turns), np.abs(turns) / 2
         return out
 
@@ -62,17 +66,21 @@ def _kinks(s: Floats, c: Floats, turns: Floats) -> list[LevelKinks]:
     return [_of_level(s, row, turn) for row, turn in zip(c.T, turns.T, strict=True)]
 
 
-def _turns(square: Square, s: Floats, c: Floats) -> Floats:
+def _legs(square: Square, s: Floats, c: Floats) -> Floats:
+    """Legs (n - 1, levels, 3) of each level from column to column, mm; NaN where it is not known."""
+    at = np.nan_to_num((c[1:] + c[:-1]) / 2, nan=0.0)
+    by_s, by_c = square.tangents(np.broadcast_to(((s[1:] + s[:-1]) / 2)[:, None], at.shape), at)
+    return np.diff(s)[:, None, None] * by_s + np.diff(c, axis=0)[..., None] * by_c
+
+
+def _turns(s: Floats, c: Floats, legs: Floats) -> Floats:
     """Turn (n, levels) of each level from the leg before that behind a column to the leg after it, rad.
 
     Less than 0 where the level turns away from the border, 0 where it is not known.
     """
-    at = np.nan_to_num((c[1:] + c[:-1]) / 2, nan=0.0)
-    by_s, by_c = square.tangents(np.broadcast_to(((s[1:] + s[:-1]) / 2)[:, None], at.shape), at)
+    way = legs / np.linalg.norm(legs, axis=-1, keepdims=True)
     slope = np.diff(c, axis=0) / np.diff(s)[:, None]
-    leg = by_s + slope[..., None] * by_c
-    leg /= np.linalg.norm(leg, axis=-1, keepdims=True)
-    cosine = np.einsum("ijk,ijk->ij", leg[:-2], leg[2:])
+    cosine = np.einsum("ijk,ijk->ij", way[:-2], way[2:])
     turn = np.copysign(np.arccos(np.clip(cosine, -1.0, 1.0)), slope[2:] - slope[:-2])
     out = np.zeros(c.shape)
     out[1:-2] = np.nan_to_num(turn, nan=0.0)
