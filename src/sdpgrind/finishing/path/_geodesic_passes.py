@@ -83,7 +83,8 @@ def geodesic_nodes(square: Square, pitch: float, columns: Floats, top: float, ra
     rim = Rim(columns, top)
     sets = LevelSets(field, levels)
     places, corners = _laid(square, sets, rim, pitch, radius)
-    if not _missed(square, field, levels, places, corners, rim, pitch):
+    sharp = _laid(square, sets, rim, pitch, 0.0) if radius else (places, corners)  # arcs leave corners out
+    if not _missed(square, field, levels, *sharp, rim, pitch):
         return GeodesicNodes(places, corners, [])
     places, corners = _laid(square, sets.closely(square), rim, pitch, radius)
     line = _sampled(square, places, corners, pitch)
