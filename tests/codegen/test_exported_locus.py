@@ -256,10 +256,9 @@ def test_a_tape_written_out_has_the_bits_of_its_interpreter(tmp_path, name):
     made = sdpgrind.export(recipe_of(WRITTEN[name]), tmp_path / "tape")
     found = made.check(STEPS, ["gcc"], levels=["-O2"], targets=())
     assert found.differing == 0, found.first
-    assert (
-        "for (" not in (made.path / "tape.c").read_text()
-        and "while" not in (made.path / "tape.c").read_text()
-    )
+    text = (made.path / "tape.c").read_text()
+    reset = text[text.index("void tape_reset(") :].partition("}\n}\n")[0]  # its loop is over the state
+    assert "for (" not in text.replace(reset, "") and "while" not in text
 
 
 def test_only_what_an_output_needs_is_written():

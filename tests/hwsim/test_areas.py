@@ -207,7 +207,7 @@ def test_a_report_says_which_parts_were_broken_off():
         "   1           1.0  broken off: the table threw the part",
         "   2           2.0  broken off: it was tired",
         "worst          4.0",
-        "of               0",
+        "in ring          0",
         "",
         "mean of 1 of 3 rings         planned    realised  std. error",
         "time (s)                         3.0         4.0           -",

@@ -80,6 +80,7 @@ def test_a_tool_that_is_face_on_finishes_nothing(capsys, tmp_path):
     assert refused(capsys, job).startswith(told) and refused(capsys, job, "--study").startswith(told)
 
 
+@pytest.mark.filterwarnings("ignore:krl is not the language of the UR10")
 @pytest.mark.parametrize(("spin", "kept"), [("6", 6), ('["10 deg", 0.5]', (np.pi / 18, 0.5))])
 def test_a_tool_that_turns_finishes_nothing(spin, kept, capsys, tmp_path):
     """Also one that leans; its motion is written as a program."""

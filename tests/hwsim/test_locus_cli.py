@@ -333,7 +333,7 @@ FAULTS = [
     ("width = 9", "widht = 9", "process.width is missing; is process.widht meant?"),
     ("width = 9", "width = '9 s'", "process.width must have a unit like mm; got '9 s'"),
     ("wheel_diameter = 50", "wheel_diameter = 90", "[process] wheel_diameter must be < work_diameter = 70 in a bore (mm)"),
-    ('"37 m/s"', "37", "[process] wheel_speed must be in mm/s, some 30000; units.m_per_s(...) for m/s; got 37.0"),
+    ('"37 m/s"', "37", "[process] wheel_speed must be in mm/s, some 30000; \"... m/s\" for m/s; got 37.0"),
     ("internal = true", "internal = 1", "process.internal must be true or false; got 1"),
     ('"dong"', '"coulomb"', "process.power.sliding must be one of dong, malkin; got 'coulomb'"),
     ('["0.5 um/s", "3 mm/min"]', "0.05", "controls.infeed_rate must be a list of numbers (mm/s); got 0.05"),

@@ -356,7 +356,7 @@ FAULTS = [
     (
         '"45 m/s"',
         "45",
-        "[model] wheel_speed must be in mm/s, some 30000; units.m_per_s(...) for m/s; got 45.0",
+        '[model] wheel_speed must be in mm/s, some 30000; "... m/s" for m/s; got 45.0',
     ),
     ("width = 20", "width = 20\ncolour = 3", "model.colour is not a key; keys here are"),
     ("stiffness", "stifness", "model.stiffness is missing; is model.stifness meant?"),

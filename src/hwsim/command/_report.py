@@ -80,7 +80,7 @@ def _worst(outcome: Any, part: str, columns: Sequence[tuple[str, str]]) -> Itera
         number = parts[name]
         values.append(f"{_cell(outcome[name].values[number or 0], form):>12}")
         numbers.append(f"{'-' if number is None else number:>12}")
-    for words, cells in (("worst", values), ("of", numbers)):
+    for words, cells in (("worst", values), (f"in {part}", numbers)):
         yield words + "  ".join(cells)[len(words) :]  # the cells are wider than the word
 
 

@@ -16,6 +16,7 @@ from sdpgrind.base.quantities import Spec, specs
 from sdpgrind.base.unit_text import quantity
 
 Made = TypeVar("Made")
+_HINT = re.compile(r"units\.(\w+)\(\.\.\.\)")  # source: refusals of quantities in another unit
 _SHOWN = 80  # characters of a line in a message; chosen: the message fits a line or two
 
 
@@ -91,10 +92,12 @@ class Table:
             raise ValueError(f"{where}{self._as_written(str(error))}") from None
 
     def _as_written(self, message: str) -> str:
-        """Message without a forgotten conversion where the file itself gives the unit."""
+        """Message with a conversion that a file can hold; with none where the file itself gives the unit."""
         given = self.entries.get(message.partition(" ")[0])
         begin, hint, _ = message.partition("; units.")
-        return f"{begin}; got {given!r}" if hint and isinstance(given, str) else message
+        if hint and isinstance(given, str):
+            return f"{begin}; got {given!r}"
+        return _HINT.sub(lambda found: f'"... {found[1].replace("_per_", "/")}"', message)
 
     def one(self, cls: type[Made], *given: Any) -> Made:
         """Object of a described class from this table, after the arguments `given`."""

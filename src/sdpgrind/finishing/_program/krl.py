@@ -138,6 +138,7 @@ def head(names: Sequence[str]) -> Iterator[str]:
         yield "frames: $TOOL is the contact in the flange; $BASE moves with the external kinematic in"
         yield f"MACHINE_DEF[{MACHINE}], coupled by EK (change the index if yours is another)"
         yield f"its axes, synchronous ones: {axes}"
+        yield "ROOT is told in WORLD, which is the base of the robot where $ROBROOT is zero"
     else:
         yield "frames: $TOOL is the contact in the flange, $BASE the work in the base of the robot"
     yield "units: mm, deg, s; $VEL.CP in m/s; S and T from the model's branch and joints"

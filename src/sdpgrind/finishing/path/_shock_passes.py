@@ -14,16 +14,12 @@ from sdpgrind.finishing.path._nearest import Nearest
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.path._turns_back import move_between
 
-FAR, TOO_FAR = (
-    0.51,
-    0.515,
-)  # pitches, chosen: distance of places that a pass is laid for; one that asks for it
+FAR = 0.51  # pitches, chosen: distance from other passes of the places that a pass is laid for
+TOO_FAR = 0.515  # pitches, chosen: distance of a place that asks for a pass
 APART = 3.0  # pitches, chosen: parts of a shock with less between them are one pass
 SMOOTH = 5  # chosen: places of a shock whose mean evens out where kinks are found within a column
 CLOSE = 1 / 64  # pitches, chosen: places of a shock that are looked at; distances change by less than that
-STEP = (
-    1 / 8
-)  # pitches, chosen: chords of passes for distances from them; 1/512 off where these bend by a pitch
+STEP = 1 / 8  # pitches, chosen: chords for distances from passes; 1/512 off where these bend by a pitch
 
 
 class PassField(NamedTuple):

@@ -21,7 +21,7 @@ LOOSE = 4.0  # columns of a field, chosen: error of that way
 
 
 class LevelKinks(NamedTuple):
-    """LevelKinks of a level set at places s (n,) and c (n,), and their half turns (n,), rad."""
+    """Kinks of a level set at places s (n,) and c (n,), and their half turns (n,), rad."""
 
     s: Floats
     c: Floats
@@ -129,7 +129,7 @@ def _grown(
 ) -> tuple[list[list[Floats]], list[list[Floats]]]:
     """Courses that go on by the kinks of the next level, or begin there, and those that end.
 
-    LevelKinks are places (3,) of (s, c, half turn).
+    Kinks are places (3,) of (s, c, half turn).
     """
     places = np.stack([found.s, found.c, found.half], axis=1)
     wanted = [_following(square, each[-1], places, step, column) for each in courses]

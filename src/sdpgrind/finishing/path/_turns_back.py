@@ -6,6 +6,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._square import Square
 
 ASIDE = 0.25  # pitches, chosen: a way that would turn right back goes aside by that first
+LEAST = 1e-300  # chosen: a leg of no length divides by that
 BACK = 0.2  # chosen: half of the sum of unit tangents that turn right back, 157 degrees or more
 
 
@@ -30,7 +31,7 @@ def beside(square: Square, before: Floats, here: Floats, after: Floats, pitch: f
 def _turns_back(square: Square, before: Floats, here: Floats, after: Floats) -> bool:
     by_s, by_c = square.tangents(here[:1], here[1:])
     legs = [(step[0] * by_s + step[1] * by_c)[0] for step in (here - before, after - here)]
-    one, other = (leg / max(float(np.linalg.norm(leg)), 1e-300) for leg in legs)
+    one, other = (leg / max(float(np.linalg.norm(leg)), LEAST) for leg in legs)
     return bool(np.linalg.norm(one + other) < 2 * BACK)
 
 
