@@ -151,7 +151,7 @@ carried.plot()
 
 # %%
 # Programs that keep the time, ``"csv"`` and ``"ros"``, tell all joints. In ``"rapid"`` and ``"krl"`` the turntable is an external
-# axis that moves the work object (:ref:`sphx_glr_examples_39_to_your_controller.py`). So that a path once more in the same
+# axis that moves the work object (:doc:`39_to_your_controller`). So that a path once more in the same
 # direction is possible, a turntable has limits of a turn either way unless you give others.
 check = carried.program("ros", name="shaft").check()
 print(
