@@ -88,7 +88,8 @@ def kinematics(times: int, count: int) -> None:
     print(
         f"\nForward of inverse: {np.abs(off)[..., :3, 3].max():.1e} mm, {np.abs(off)[..., :3, :3].max():.1e}."
     )
-    some = [(poses[k], joints[k] + 0.05 * rng.normal(size=7)) for k in range(50)]
+    low, high = arm.position_min, arm.position_max
+    some = [(poses[k], np.clip(joints[k] + 0.05 * rng.normal(size=7), low, high)) for k in range(50)]
     told(
         "damped least squares from 3 deg off",
         median(lambda: [arm.solve(*each) for each in some], max(times // 4, 3)),
