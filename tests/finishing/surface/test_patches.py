@@ -104,3 +104,12 @@ REFUSED = [
 def test_refused_trimming(trim, words):
     with pytest.raises(ValueError, match=re.escape(words)):
         Patch(FLAT, trim)
+
+
+def test_the_border_of_a_curved_patch_is_drawn_along_it():
+    """Round sides of a cylinder, not the chords of their ends."""
+    pytest.importorskip("matplotlib")
+    figure = Patch(cylinder_surface(40.0, 60.0)).plot()
+    line = np.array(figure.axes[0].lines[-1].get_data_3d()).T
+    assert np.linalg.norm(np.diff(line, axis=0), axis=1).max() < 2.0  # corners alone: 60 mm
+    np.testing.assert_allclose(np.hypot(line[:, 0], line[:, 2]), 40.0, rtol=1e-9)

@@ -57,9 +57,17 @@ def patch(trimmed: "Patch", ax: Any = None) -> Any:
     """Draw the surface of a patch and its trimming polygons."""
     figure = surface(trimmed.surface, ax, trimmed.contains if trimmed.trim else None)
     axes = figure.axes[-1] if ax is None else ax
-    for line in trimmed.outline():
+    for corners in trimmed.polygons:
+        line = trimmed.surface.point(*_along(corners).T)
         axes.plot(*line.T, color=TRIMMED, lw=1.5, zorder=2.0)
     return figure
+
+
+def _along(corners: checks.Floats) -> checks.Floats:
+    """Places (n, 2) of parameters along the sides of a polygon (m, 2): on the surface its sides are bent."""
+    sides = len(corners) - 1
+    at = np.linspace(0.0, sides, sides * -(-4 * FINE // sides) + 1)
+    return np.stack([np.interp(at, np.arange(sides + 1), each) for each in corners.T], axis=1)
 
 
 def patches(trimmed: Sequence["Patch"], ax: Any, points: checks.Floats) -> Any:
