@@ -15,6 +15,7 @@ RUNS = {
     "short": (part(wavy(1), 8.0, 9.6), SMOOTH, 25.0),
     "smooth": (wavy(1), SMOOTH, 25.0),
     "jerky": (wavy(20, 60.0, 121), JERKY, 100.0),
+    "stiff": (wavy(129714, 11.148), SMOOTH.replace(jerk_max=(4000.0,) * 5 + (1e6,) * 2), 115.871),
     **{f"fast {seed}": (wavy(seed), SMOOTH, 200.0) for seed in (5, 6, 7)},
 }
 
@@ -36,10 +37,10 @@ def finer(monkeypatch, given, times):
 
 @pytest.mark.parametrize("name", RUNS)
 def test_it_is_no_less_than_what_finer_laws_save(name, monkeypatch):
-    """And no more than 1 % of the time on these runs."""
+    """And no more than 1 % of the time; on the stiff one changes fall by less than a half at each halving."""
     run, limits, feed = RUNS[name]
     law = law_of(run, limits, feed, gap=True)
-    every = (2, 4) if name == "short" else (2,)
+    every = {"short": (2, 4), "stiff": (6,)}.get(name, (2,))
     best = min(finer(monkeypatch, LimitedRun(run, limits, feed), times).duration for times in every)
     assert law.duration - best <= law.gap * law.duration <= 0.01 * law.duration
     assert law.duration == law_of(run, limits, feed).duration and f"local gap={law.gap:.3g}"[:14] in repr(law)
