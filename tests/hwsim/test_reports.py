@@ -276,7 +276,7 @@ def test_a_command_leaves_a_page_and_names_the_worst(tmp_path, capsys):
     assert main([*line, "--out", str(tmp_path / "run")]) == 0
     told, log = capsys.readouterr().out, __import__("sdpgrind").load(tmp_path / "run" / "run.nc")
     penalty = log.outcome.penalty.values
-    worst, of = (row.split() for row in told.splitlines() if row.startswith(("worst", "of ")))
+    worst, of = (row.split() for row in told.splitlines() if row.startswith(("worst", "in ")))
     assert float(worst[-1]) == pytest.approx(penalty.max(), abs=1e-4) and int(of[-1]) == penalty.argmax()
     assert "report.html" in told and main(["verify", str(tmp_path / "run" / "report.html")]) == 0
     job = data_of(tmp_path / "run" / "report.html", "job")
