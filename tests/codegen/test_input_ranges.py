@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 from codegen_inside import LibrarySteps, bounds_of, recipe_of
-from fmu_things import THINGS, described
+from fmu_things import THINGS, described, low_pass
 
 import centering
 import sdpgrind
@@ -155,6 +155,15 @@ def test_header_and_manifest_state_them(tmp_path):
     }
     assert y["range"] == [0.0, "inf"] and y["may_be_missing"]
     assert recipe().fingerprint != recipe(ranges={}).fingerprint
+
+
+def test_an_output_that_is_named_as_an_input_is_always_a_number(tmp_path):
+    made = sdpgrind.export(low_pass(outputs={"pull": "N", "rest": ""}), tmp_path / "x")
+    text = (made.path / "x.h").read_text()
+    assert (
+        "    double pull; /* N, -1e+09 to 1e+09, NaN: no reading */" in text
+        and "    double pull; /* N */" in text
+    )
 
 
 def test_tables_bear_their_names(tmp_path):

@@ -78,8 +78,9 @@ def _field(recipe: Recipe, name: str, unit: str, limits: tuple[float, float] | N
     """Return a field with its meaning above it, and unit, range and what NaN is behind it."""
     told = recipe.meanings.get(name, "")
     about = [unit or "1"]
-    about += [] if limits is None else [f"{shown(limits[0])} to {shown(limits[1])}"]
-    about += ["NaN: no reading"] if name in recipe.missing else []
+    if limits is not None:
+        about += [f"{shown(limits[0])} to {shown(limits[1])}"]
+        about += ["NaN: no reading"] if name in recipe.missing else []
     above = [comment(told, "    ")] if told else []
     return "\n".join([*above, f"    double {name}; /* {', '.join(about)} */"])
 
