@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -124,7 +125,7 @@ def _ring(place: Path, parts: int) -> tuple[Any, Any]:
     def step(state: Any, angle: float, reading: float) -> int:
         settings = tuple(state[:14])
         if settings not in made:
-            recipe = sdpgrind.codegen.Recipe(**{**vars(ring().__export__()), "state": state})
+            recipe = replace(ring().__export__(), state=state)
             made[settings] = sdpgrind.export(recipe, f"{place}_{len(made)}", name="ring").controller()
         out = np.zeros(6)
         return int(made[settings]._library.step(state, np.array([angle, reading]), out))

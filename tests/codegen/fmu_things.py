@@ -13,7 +13,7 @@ from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 import sdpgrind
 from sdpgrind import finishing, plunge, weldbead
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 from sdpgrind.weldbead import force
 
 STEPS = 400
@@ -36,10 +36,10 @@ def pulls(rng, count):
 
 
 def low_pass(share=0.125, **more):
-    given = {"inputs": {"pull": "N", "weight": ""}, "outputs": {"pressing": "N", "rest": ""}, **more}
+    inputs = {"pull": Signal("N", missing=True), "weight": ""}
+    given = {"inputs": inputs, "outputs": {"pressing": "N", "rest": ""}, **more}
     return Recipe(
-        "low_pass", limited, law=(share,), state=(0.5, 0.0), missing=("pull",), vectors=pulls,
-        status=("go on", "no reading"), **{"period": 0.001, **given},
+        "low_pass", limited, law=(share,), state=(0.5, 0.0), vectors=pulls, status=("go on", "no reading"), **{"period": 0.001, **given},
     )  # fmt: skip
 
 
@@ -120,8 +120,8 @@ class Unit:
 
     def give(self, row):
         """Set the inputs; a NaN by its flag where it has one."""
-        for name, value in zip(self.recipe.inputs, row, strict=True):
-            if name in self.recipe.missing:
+        for (name, one), value in zip(self.recipe.inputs.items(), row, strict=True):
+            if one.missing:
                 self.slave.setBoolean([self.references[f"{name}_valid"]], [not np.isnan(value)])
             if not np.isnan(value):
                 self.slave.setReal([self.references[name]], [value])

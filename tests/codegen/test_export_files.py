@@ -19,7 +19,7 @@ import sdpgrind
 from sdpgrind import plunge
 from sdpgrind.base import whole_files
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 
 needs_gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 
@@ -397,8 +397,8 @@ def test_vectors_hold_what_is_no_finite_number(made):
 @needs_gcc
 def test_a_number_that_is_no_index(tmp_path):
     made = sdpgrind.export(
-        Recipe("cast", cast_step, {"x": ""}, {"y": ""}, missing=("x",), ranges={"x": (-np.inf, np.inf)}, vectors=lambda rng, n: [np.arange(9.0)[:, None]],
-               spread=(0.0,)),
+        Recipe("cast", cast_step, {"x": Signal(low=-np.inf, high=np.inf, missing=True, spread=0.0)}, {"y": ""},
+               vectors=lambda rng, n: [np.arange(9.0)[:, None]]),
         tmp_path / "cast",
     )  # fmt: skip
     library = made.controller()._library

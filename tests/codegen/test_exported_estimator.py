@@ -56,8 +56,8 @@ def test_the_results_of_the_estimator(tmp_path):
 def test_readings_that_are_refused_within_their_range(tmp_path):
     """The meanings say both; a refusal does not put them on the range."""
     c = sdpgrind.export(centering.GeometryEstimator(noise_sd=0.002), tmp_path / "ring").controller()
-    meanings = c._recipe.meanings
-    assert "a jump of more than a turn" in meanings["angle"] and "0 is refused" in meanings["reading"]
+    angle, reading = c._recipe.inputs.values()
+    assert "a jump of more than a turn" in angle.meaning and "0 is refused" in reading.meaning
     with pytest.raises(ValueError, match="as their meanings in the header say"):
         c.step(angle=0.0, reading=0.0)
     c.step(angle=0.0, reading=60.0)
@@ -68,7 +68,7 @@ def test_readings_that_are_refused_within_their_range(tmp_path):
     with pytest.raises(ValueError, match="status -1"):
         c.step(angle=0.8 * 13, reading=60.0)
     limacon = centering.GeometryEstimator(noise_sd=0.002, model="limacon").__export__()
-    assert "refused" not in limacon.meanings["reading"]
+    assert "refused" not in limacon.inputs["reading"].meaning
 
 
 def test_a_used_estimator_is_exported_fresh(tmp_path):

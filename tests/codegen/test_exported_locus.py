@@ -13,7 +13,7 @@ import hwsim
 import sdpgrind
 from sdpgrind import locus
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 
 pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 STEPS = 2000  # enough for some parts of each kind; benchmarks take a million
@@ -246,8 +246,8 @@ def recipe_of(expression):
     lines, found = straight_lines(given, ["x", "y"], [1])
     text = "\n    ".join(["def tape_value(tape, x, y):", *lines, f"return {found[0]}", ""])
     return Recipe(
-        "tape", tape_step, {"x": "", "y": ""}, {"f": ""}, law=(given,), written_out={tape_value: text},
-        vectors=lambda rng, n: [rng.choice([-3.0, -1.0, 0.5, 1.0, 2.0, 7.3], (n, 2))], spread=(3.0, 3.0),
+        "tape", tape_step, dict.fromkeys("xy", Signal(spread=3.0)), {"f": ""}, law=(given,),
+        written_out={tape_value: text}, vectors=lambda rng, n: [rng.choice([-3.0, -1.0, 0.5, 1.0, 2.0, 7.3], (n, 2))],
     )  # fmt: skip
 
 

@@ -164,11 +164,17 @@ def told(state, room, out):
 def test_bounds_that_exclude_each_other(tmp_path):
     """The guess stays, whatever was solved before: OSQP would go on with the bounds before."""
     settings = {"verbose": False, "eps_abs": 1e-9, "eps_rel": 1e-9, "adaptive_rho": False}
-    program = StepProgram(np.eye(1), np.eye(1), np.zeros(1), settings)
+    program = StepProgram(np.eye(1), np.eye(1), np.zeros(1), settings, finish=told)
     inputs = {"low": "", "high": ""}
-    recipe = Recipe("small", asked, inputs, {"y": ""}, program=program, finish=told)
+    recipe = Recipe("small", asked, inputs, {"y": ""}, program=program)
     c = sdpgrind.export(recipe, tmp_path / "small").controller()
     for low, high, wanted in ((0.0, 1.0, 1.0), (1.0, 0.0, 0.5), (0.0, 5.0, 2.0), (1.0, 0.0, 0.5)):
         room = np.array([-2.0, low, high, 0.5])
         program.solve(room)
         assert c.step(low=low, high=high)["y"] == room[3] == pytest.approx(wanted, abs=1e-8)
+
+
+def test_a_program_without_an_end_of_the_step():
+    program = StepProgram(np.eye(1), np.eye(1), np.zeros(1), {"adaptive_rho": False})
+    with pytest.raises(TypeError, match="finish of the program must be a Kernel"):
+        Recipe("small", asked, {"low": "", "high": ""}, {"y": ""}, program=program)

@@ -5,13 +5,13 @@ import shutil
 import numpy as np
 import pytest
 from codegen_inside import LibrarySteps, bounds_of, recipe_of
-from fmu_things import THINGS, described
+from fmu_things import THINGS, described, low_pass
 
 import centering
 import sdpgrind
 from sdpgrind import sdp, weldbead
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.codegen import Recipe, TablesAsked
+from sdpgrind.codegen import Recipe, Signal, TablesAsked
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 
@@ -26,14 +26,21 @@ def squared(state, x, y, out):
 def stated(given, outputs):
     """An output that is NaN or infinite with a status from 0 on says so in its meaning."""
     for name, column in zip(given.outputs, outputs.T, strict=True):
-        told = given.meanings.get(name, "")
+        told = given.outputs[name].meaning
         assert "NaN" in told or not np.isnan(column).any(), name
         assert "infinite" in told or not np.isinf(column).any(), name
 
 
-def recipe(**more):
-    given = {"ranges": {"x": (-2.5, 1e3), "y": (0.0, np.inf)}, "missing": ("y",), **more}
-    return Recipe("squared", squared, {"x": "mm", "y": "N"}, {"z": "mm^2"}, **given)
+WIDE = {"x": "mm", "y": Signal("N", missing=True)}
+
+
+def recipe(told="", **more):
+    inputs = {
+        "x": Signal("mm", told, -2.5, 1e3),
+        "y": Signal("N", low=0.0, high=np.inf, missing=True),
+        **more,
+    }
+    return Recipe("squared", squared, inputs, {"z": Signal("mm^2", "square of the way")})
 
 
 def test_what_is_usable():
@@ -47,7 +54,7 @@ def test_what_is_usable():
         (1000.1, 1.0),
     ]
     assert recipe().usable(np.array(rows)).tolist() == [True] * 3 + [False] * 4
-    assert recipe(ranges={}).usable(np.array([(1e9, -1e9), (1.1e9, 0.0)])).tolist() == [True, False]
+    assert recipe(**WIDE).usable(np.array([(1e9, -1e9), (1.1e9, 0.0)])).tolist() == [True, False]
 
 
 @gcc
@@ -119,7 +126,7 @@ def test_late_times_that_are_stated_have_an_answer(charge, low):
     given = recipe_of(plan, TablesAsked())
     lowest = plan.table.countdown.lowest * 2.0
     assert given.limits[1] == (low, 60.0)
-    whole, told = lowest < 0.0, given.meanings["time_left"]
+    whole, told = lowest < 0.0, given.inputs["time_left"].meaning
     assert ("< 0: late" in told) == (low < 0.0)
     assert ("whole stages of 2 s" in told) == whole
     times = np.arange(max(low, -50.0), 60.0, 2.0 if whole else 0.25)
@@ -134,11 +141,8 @@ def test_late_times_that_are_stated_have_an_answer(charge, low):
 
 @gcc
 def test_header_and_manifest_state_them(tmp_path):
-    meanings = {
-        "x": "way to the right, > 0 away from the " + "very " * 30 + "old wall",
-        "z": "square of the way",
-    }
-    made = sdpgrind.export(recipe(meanings=meanings), tmp_path / "x")
+    told = "way to the right, > 0 away from the " + "very " * 30 + "old wall"
+    made = sdpgrind.export(recipe(told), tmp_path / "x")
     text = (made.path / "x.h").read_text()
     assert "    double x; /* mm, -2.5 to 1000 */" in text and "/* square of the way */" in text
     assert "    double y; /* N, 0 to inf, NaN: no reading */" in text
@@ -149,12 +153,21 @@ def test_header_and_manifest_state_them(tmp_path):
     assert x == {
         "name": "x",
         "unit": "mm",
-        "meaning": meanings["x"],
+        "meaning": told,
         "range": [-2.5, 1000.0],
         "may_be_missing": False,
     }
     assert y["range"] == [0.0, "inf"] and y["may_be_missing"]
-    assert recipe().fingerprint != recipe(ranges={}).fingerprint
+    assert recipe().fingerprint != recipe(**WIDE).fingerprint
+
+
+def test_an_output_that_is_named_as_an_input_is_always_a_number(tmp_path):
+    made = sdpgrind.export(low_pass(outputs={"pull": "N", "rest": ""}), tmp_path / "x")
+    text = (made.path / "x.h").read_text()
+    assert (
+        "    double pull; /* N, -1e+09 to 1e+09, NaN: no reading */" in text
+        and "    double pull; /* N */" in text
+    )
 
 
 def test_tables_bear_their_names(tmp_path):
@@ -169,15 +182,14 @@ def test_an_fmu_states_them():
     assert found["current"].description.startswith("current to command, > 0 presses the tool onto the part")
 
 
-@pytest.mark.parametrize(
-    ("more", "text"),
-    [
-        ({"ranges": {"w": (0.0, 1.0)}}, r"ranges must be names of inputs; got \['w'\]"),
-        ({"ranges": {"x": (1.0, 0.0)}}, "ranges must be least and greatest value of x"),
-        ({"ranges": {"x": (np.nan, 0.0)}}, "ranges must be least and greatest value of x"),
-        ({"meanings": {"w": ""}}, "meanings must be names of inputs and outputs"),
-    ],
-)
-def test_ranges_that_are_none(more, text):
-    with pytest.raises(ValueError, match=text):
-        recipe(**more)
+@pytest.mark.parametrize(("low", "high"), [(1.0, 0.0), (np.nan, 0.0)])
+def test_ranges_that_are_none(low, high):
+    with pytest.raises(
+        ValueError, match=rf"inputs\['x'\] must be of low <= high \(mm\); got \({low}, {high}\)"
+    ):
+        recipe(x=Signal("mm", low=low, high=high))
+
+
+def test_what_is_no_signal():
+    with pytest.raises(TypeError, match=r"inputs\['x'\] must be a Signal or a unit; got \('mm', 0.0, 1.0\)"):
+        recipe(x=("mm", 0.0, 1.0))

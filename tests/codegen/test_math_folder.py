@@ -17,7 +17,7 @@ import hwsim
 import sdpgrind
 from sdpgrind import finishing, plunge
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 
 needs_gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 SMALL = Path(__file__).parent / "small_libm"
@@ -52,12 +52,12 @@ def wide_step(state, x, out):
 
 
 def wave():
-    ranges = {"x": (-30.0, 30.0), "y": (-9.0, 9.0)}
-    return Recipe("wave", wave_step, {"x": "rad", "y": ""}, {"a": "", "b": ""}, ranges=ranges)
+    inputs = {"x": Signal("rad", low=-30.0, high=30.0), "y": Signal(low=-9.0, high=9.0)}
+    return Recipe("wave", wave_step, inputs, {"a": "", "b": ""})
 
 
 def raised():
-    return Recipe("raised", raised_step, {"x": ""}, {"y": ""}, ranges={"x": (0.0, 9.0)})
+    return Recipe("raised", raised_step, {"x": Signal(low=0.0, high=9.0)}, {"y": ""})
 
 
 @pytest.fixture(scope="module")
@@ -423,7 +423,7 @@ def test_nothing_is_written_outside_the_export(tmp_path):
 
 @needs_gcc
 def test_a_function_that_the_folder_has_not(tmp_path):
-    wide = Recipe("wide", wide_step, {"x": ""}, {"y": ""}, ranges={"x": (-5.0, 5.0)})
+    wide = Recipe("wide", wide_step, {"x": Signal(low=-5.0, high=5.0)}, {"y": ""})
     with pytest.raises(ValueError, match="defines cosh, which this export calls"):
         sdpgrind.export(wide, tmp_path / "x", math=SMALL)
 

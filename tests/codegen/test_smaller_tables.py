@@ -210,7 +210,7 @@ def test_states_and_controls_are_told(tmp_path):
     assert told["strokes"] == (
         "control of hone: 1 to 9; lap: 2, 4; NaN where the action has no such control, as a stop"
     )
-    mode, left = (two_axes().__export__().meanings[name] for name in ("mode", "left"))
+    mode, left = (two_axes().__export__().inputs[name].meaning for name in ("mode", "left"))
     assert (mode, left) == ("number of the mode: 0 a, 1 b", "countdown to the deadline")
 
 

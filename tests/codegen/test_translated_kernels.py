@@ -9,10 +9,10 @@ import pytest
 from codegen_inside import compilers, identical
 
 import sdpgrind
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
-INPUTS, OUTPUTS = {"x": "", "y": ""}, {f"out{k}": "" for k in range(7)}
+OUTPUTS = {f"out{k}": "" for k in range(7)}
 SPECIAL = (0.0, -0.0, 1.0, -1.0, 0.5, 2.0, -3.5, 7.0, -7.0, np.nan, np.inf, -np.inf, 1e-310)
 
 
@@ -29,10 +29,11 @@ def finite(rng, count):
 
 def recipe(kernel, **more):
     whole = kernel in (kernels.whole_numbers, kernels.calls, kernels.views, kernels.loops, kernels.constants)
+    inputs = dict.fromkeys("xy", Signal() if whole else Signal(low=-np.inf, high=np.inf, missing=True))
+    vectors = finite if whole else numbers
     return Recipe(
-        kernel.py_func.__name__, kernel, INPUTS, OUTPUTS, state=np.zeros(7), missing=() if whole else ("x", "y"),
-        ranges={} if whole else dict.fromkeys(INPUTS, (-np.inf, np.inf)), vectors=finite if whole else numbers, spread=(1.0, 1.0), **more,
-    )  # fmt: skip
+        kernel.py_func.__name__, kernel, inputs, OUTPUTS, state=np.zeros(7), vectors=vectors, **more
+    )
 
 
 @gcc

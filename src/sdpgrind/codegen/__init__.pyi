@@ -4,5 +4,7 @@ from ._proof.check import Difference as Difference
 from ._proof.check import ExportCheck as ExportCheck
 from ._proof.controller import CompiledController as CompiledController
 from ._recipe import Recipe as Recipe
+from ._recipe import Role as Role
+from ._recipe import Signal as Signal
 from ._tables import TablesAsked as TablesAsked
 from ._translate.refusals import RefusedKernelError as RefusedKernelError

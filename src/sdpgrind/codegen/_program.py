@@ -10,6 +10,7 @@ import scipy.sparse
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.compiling.compiled import Kernel
 
 _ITERATIONS = 4000  # source: OSQP 1.1, osqp_api_constants.h: max_iter
 _SOLVED = 1  # source: OSQP 1.1, osqp_api_constants.h
@@ -36,6 +37,8 @@ class StepProgram:
         Stands for no bound: below what OSQP takes for infinite, as it treats such rows otherwise.
     behind : int
         Further numbers that a step keeps behind the program.
+    finish : Kernel, optional
+        In a `Recipe`: ``finish(state, *law, room, out)``, which ends the step and returns its status.
 
     Raises
     ------
@@ -60,6 +63,7 @@ class StepProgram:
     settings: Mapping[str, Any] = field(default_factory=dict)
     free: float = 1e20
     behind: int = 0
+    finish: Kernel | None = None
 
     def __post_init__(self) -> None:
         if self.settings.get("adaptive_rho", True):

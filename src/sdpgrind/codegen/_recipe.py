@@ -1,8 +1,9 @@
-"""`Recipe` of an export: the step as a kernel, the constants, the state, inputs and outputs."""
+"""`Recipe` of an export: the step as a kernel, the constants, the state, signals, role in a run."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,65 @@ from sdpgrind.codegen._program import StepProgram
 _FINGERPRINT = 16  # chosen: hexadecimal digits
 _STATE = (0.0,)  # chosen: an unused entry, since C has no empty structure
 BOUND = 1e9  # chosen: in mm, N, W, s, rad: beyond what any machine measures; its cube is far from overflow
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Input or output of a step. Of an output unit and meaning count alone.
+
+    Parameters
+    ----------
+    unit, meaning : str
+        Its unit ("": a pure number); what it is, and which direction is positive, for header, manifest, FMU.
+    low, high : float
+        Least and greatest value, in its unit; outside the status is -1, and the step does not run. Where an
+        end is infinite any number is taken; infinity itself where the input may be missing.
+    missing : bool
+        Whether it may be NaN, no reading: the step decides. At others the status is then -1.
+    default : float
+        Value where `Exported.controller` is not given one, in its unit.
+    spread : float
+        Half-width by which the self-test varies it, in its unit.
+    """
+
+    unit: str = ""
+    meaning: str = ""
+    low: float = -BOUND
+    high: float = BOUND
+    missing: bool = False
+    default: float = nan
+    spread: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Role:
+    """Role of a step in `hwsim.run`: what `Exported.controller` is asked for beyond the C.
+
+    Parameters
+    ----------
+    reads, commands, reports : mapping of str to str, optional
+        Name of each measurement that a plant must have, of each command and each report to its unit. Default:
+        inputs, outputs, none.
+    answer : callable(status, outputs), optional
+        Makes the command of status and outputs. Default: the outputs.
+    report : callable(status, inputs, outputs), optional
+        What the plan expects of the step that was taken (inputs and outputs by name), for the log; it comes
+        from the library and decides nothing.
+    stands_for, tier : str
+        Class of the controller that steps so, and its tier, for the log. Default: the `kind` of the recipe.
+    job, description : mapping
+        As the thing's own.
+    """
+
+    reads: Mapping[str, str] | None = None
+    commands: Mapping[str, str] | None = None
+    reports: Mapping[str, str] = field(default_factory=dict)
+    answer: Callable[[int, dict[str, float]], dict[str, Any]] | None = None
+    report: Callable[[int, dict[str, float], dict[str, float]], dict[str, float]] | None = None
+    stands_for: str = ""
+    tier: str = "controller"
+    job: Mapping[str, object] = field(default_factory=dict)
+    description: Mapping[str, float | str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +93,8 @@ class Recipe:
         Name of the thing, for files and functions.
     step : Kernel
         The step.
-    inputs, outputs : mapping of str to str
-        Name to unit, in the order of the arguments and of `out`.
+    inputs, outputs : mapping of str to Signal
+        By name, in the order of the arguments and of `out`; a text is the unit of a `Signal`.
     law : tuple
         Constants: numbers, arrays, NamedTuples of these.
     after : tuple
@@ -45,21 +105,9 @@ class Recipe:
         Places in `state` that the step only reads: their numbers are constants of the C, and may be sizes.
     program : StepProgram, optional
         Program that a step may ask for: `step` then has its room in place of `out`, and returns 1 where it is
-        to be solved, else 0.
-    finish : Kernel, optional
-        ``finish(state, *law, room, out)``, which ends such a step and returns its status.
+        to be solved, else 0; the program's `finish` ends the step.
     start : Kernel, optional
         ``start(state, *law)``, which resets the state. Default: `state` is copied.
-    missing : sequence of str
-        Inputs that may be NaN, no reading: the step decides. At others the status is then -1.
-    defaults : mapping of str to float
-        Values of inputs that `Exported.controller` is not given, in their units. Default: NaN.
-    ranges : mapping of str to (float, float)
-        Least and greatest value of an input, in its unit; outside the status is -1, and the step does not
-        run. Default: -1e9 to 1e9. Where an end is infinite any number is taken; infinity itself where the
-        input may be missing.
-    meanings : mapping of str to str
-        What an input or output is, and which direction is positive, for the header, manifest and FMU.
     tables : mapping of str to str
         What a constant is, by the name of its parameter in `step`, for the comment at its table.
     period : float, optional
@@ -76,27 +124,12 @@ class Recipe:
     vectors : callable(rng, n), optional
         Returns about `n` inputs in chains, arrays (m, inputs): the state is reset before each. Inputs that
         reach every branch of the step. Default: normal deviates.
-    spread : sequence of float, optional
-        Half-width by which the self-test varies each input of `vectors`, in its unit. Default: 1.
     kind : str
         What it is, for the manifest.
-    answer : callable(status, outputs), optional
-        Makes the command that `Exported.controller` returns of status and outputs. Default: the outputs.
-    reads : mapping of str to str, optional
-        Name of each measurement that a plant must have to its unit. Default: the inputs.
-    commands : mapping of str to str, optional
-        Name of each command to its unit. Default: the outputs.
-    report : callable(status, inputs, outputs), optional
-        What the plan expects of the step that was taken (inputs and outputs by name), for the log of a run of
-        `Exported.controller`; it comes from the library and decides nothing.
-    reports : mapping of str to str
-        Name of each report to its unit.
-    stands_for, tier : str
-        Class of the controller that steps so, and its tier, for the log. Default: `kind`, "controller".
+    role : Role
+        What a run of `Exported.controller` needs beyond the C.
     notes : mapping
         Further entries of the manifest, as JSON has them.
-    job, description : mapping
-        As the thing's own, for `Exported.controller`.
 
     Raises
     ------
@@ -107,32 +140,28 @@ class Recipe:
     --------
     >>> import numpy as np
     >>> from sdpgrind.base.compiling.compiled import compiled
-    >>> from sdpgrind.codegen import Recipe
+    >>> from sdpgrind.codegen import Recipe, Signal
     >>> @compiled(error_model="numpy")
     ... def low_pass(state, share, reading, out):
     ...     state[0] += share * (reading - state[0])
     ...     out[0] = state[0]
     ...     return 0
-    >>> recipe = Recipe("low_pass", low_pass, inputs={"reading": "N"}, outputs={"force": "N"}, law=(0.1,))
+    >>> reading = Signal("N", "reading of the sensor, > 0 for pressure", -1e3, 1e3, spread=5.0)
+    >>> recipe = Recipe("low_pass", low_pass, inputs={"reading": reading}, outputs={"force": "N"}, law=(0.1,))
     >>> recipe.state
     array([0.])
     """
 
     name: str
     step: Kernel
-    inputs: Mapping[str, str]
-    outputs: Mapping[str, str]
+    inputs: Mapping[str, Any]
+    outputs: Mapping[str, Any]
     law: tuple[Any, ...] = ()
     after: tuple[Any, ...] = ()
     state: Any = _STATE
     settings: Sequence[int] = ()
     program: StepProgram | None = None
-    finish: Kernel | None = None
     start: Kernel | None = None
-    missing: Sequence[str] = ()
-    defaults: Mapping[str, float] = field(default_factory=dict)
-    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    meanings: Mapping[str, str] = field(default_factory=dict)
     tables: Mapping[str, str] = field(default_factory=dict)
     period: float | None = None
     status: Sequence[str] = ("go on",)
@@ -140,76 +169,47 @@ class Recipe:
     written_out: Mapping[Kernel, str] = field(default_factory=dict)
     equations: str = ""
     vectors: Callable[[np.random.Generator, int], Sequence[Floats]] | None = None
-    spread: Sequence[float] | None = None
     kind: str = "step"
-    answer: Callable[[int, dict[str, float]], dict[str, Any]] | None = None
-    reads: Mapping[str, str] | None = None
-    commands: Mapping[str, str] | None = None
-    report: Callable[[int, dict[str, float], dict[str, float]], dict[str, float]] | None = None
-    reports: Mapping[str, str] = field(default_factory=dict)
-    stands_for: str = ""
-    tier: str = "controller"
+    role: Role = field(default_factory=Role)
     notes: Mapping[str, Any] = field(default_factory=dict)
-    job: Mapping[str, object] = field(default_factory=dict)
-    description: Mapping[str, float | str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         c_name("name", self.name)
-        for thing in (self.step, self.start, self.finish):
-            if thing is not None:
-                checks.kind("step", thing, Kernel, ", decorated by sdpgrind.base.compiling.compiled.compiled")
+        finish = self.step if self.program is None else self.program.finish
+        kernels = {"step": self.step, "start": self.start or self.step, "finish of the program": finish}
+        for what, thing in kernels.items():
+            checks.kind(what, thing, Kernel, ", decorated by sdpgrind.base.compiling.compiled.compiled")
         for thing in self.written_out:
             checks.kind("written_out", thing, Kernel, " as key")
-        for name in [*self.inputs, *self.outputs]:
-            c_name("inputs, outputs", name)
-        for what, names in (("inputs", self.inputs), ("outputs", self.outputs)):
-            if not names:
-                raise checks.refuse(what, "one at least", dict(names))
-        self._check_names()
-        for name, (low, high) in self.ranges.items():
-            if not low <= high:
-                raise checks.refuse("ranges", f"least and greatest value of {name}", (low, high))
+        for what in ("inputs", "outputs"):
+            object.__setattr__(self, what, _signals(what, getattr(self, what)))
         state = np.array(self.state, dtype=float)
         if state.ndim != 1 or not state.size:
             raise checks.refuse("state", "a row of numbers", state.shape)
-        if (self.program is None) != (self.finish is None):
-            raise checks.refuse("finish", "given with a program, and with it alone", self.finish)
         if self.start is not None and self.settings:
             raise checks.refuse("settings", "left out where a kernel starts the state", list(self.settings))
         object.__setattr__(self, "state", state)
         for name in ("law", "after"):
             object.__setattr__(self, name, tuple(_plain(one) for one in getattr(self, name)))
 
-    def _check_names(self) -> None:
-        named = {
-            "missing": (set(self.missing), self.inputs, "inputs"),
-            "defaults": (set(self.defaults), self.inputs, "inputs"),
-            "ranges": (set(self.ranges), self.inputs, "inputs"),
-            "meanings": (set(self.meanings), {**self.inputs, **self.outputs}, "inputs and outputs"),
-        }
-        for what, (given, known, told) in named.items():
-            if strange := given - set(known):
-                raise checks.refuse(what, f"names of {told}", sorted(strange))
-
     def take(self, state: Floats, row: Sequence[float], out: Floats) -> int:
         """Advance `state` by a row of inputs (mm, s, N ...), fill `out`; return the status."""
-        if self.program is None or self.finish is None:
+        if self.program is None or self.program.finish is None:
             return int(self.step(state, *self.law, *row, *self.after, out))
         room = np.zeros(self.program.width)
         if self.step(state, *self.law, *row, *self.after, room):
             self.program.solve(room)
-        return int(self.finish(state, *self.law, room, out))
+        return int(self.program.finish(state, *self.law, room, out))
 
     @property
     def finite(self) -> tuple[bool, ...]:
         """Whether each input, in its unit (mm, s, N ...), must be a finite number."""
-        return tuple(name not in self.missing for name in self.inputs)
+        return tuple(not one.missing for one in self.inputs.values())
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:
         """Least and greatest value of each input, in its unit (mm, s, N ...)."""
-        pairs = [self.ranges.get(name, (-BOUND, BOUND)) for name in self.inputs]
-        return tuple((float(low), float(high)) for low, high in pairs)
+        return tuple((float(one.low), float(one.high)) for one in self.inputs.values())
 
     def usable(self, rows: Floats) -> Bools:
         """Return for each of the `rows` of inputs (mm, s, N ...) whether the step runs on it, as in C."""
@@ -222,7 +222,8 @@ class Recipe:
     @property
     def fingerprint(self) -> str:
         """Digest of constants, state and interface, 16 hexadecimal digits; mm and s count as text."""
-        face = (self.kind, dict(self.inputs), dict(self.outputs), self.finite, self.limits, self.period)
+        units = (units_of(one) for one in (self.inputs, self.outputs))
+        face = (self.kind, *units, self.finite, self.limits, self.period)
         total = hashlib.sha256(repr(face).encode())
         program = () if self.program is None else self.program.constants
         for one in leaves((*self.law, *self.after, self.state, *program)):
@@ -235,6 +236,25 @@ class Recipe:
         if self.vectors is None:
             return [rng.standard_normal((count, len(self.inputs)))]
         return [np.array(one, dtype=float).reshape(-1, len(self.inputs)) for one in self.vectors(rng, count)]
+
+
+def units_of(signals: Mapping[str, Signal]) -> dict[str, str]:
+    """Return the unit of each signal."""
+    return {name: one.unit for name, one in signals.items()}
+
+
+def _signals(what: str, given: Mapping[str, Any]) -> dict[str, Signal]:
+    """Return inputs or outputs as signals; refuse names and ranges that are none."""
+    if not given:
+        raise checks.refuse(what, "one at least", dict(given))
+    found = {}
+    for name, one in given.items():
+        place = f"{what}[{c_name('inputs, outputs', name)!r}]"
+        signal = Signal(one) if isinstance(one, str) else checks.kind(place, one, Signal, " or a unit")
+        if not signal.low <= signal.high:
+            raise checks.refuse(place, "of low <= high", (signal.low, signal.high), signal.unit)
+        found[name] = signal
+    return found
 
 
 def leaves(things: Any) -> list[Any]:
@@ -259,4 +279,4 @@ def _plain(thing: Any) -> Any:
 def shown(number: float) -> str:
     """Return a number in its shortest form that reads back as the same."""
     short = f"{number:g}"
-    return short if float(short) == number else repr(number)
+    return short if float(short) == number else repr(float(number))

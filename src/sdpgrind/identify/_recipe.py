@@ -1,13 +1,15 @@
 """Recipe of the recursive estimators: step, start, and rows for the self-test."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 from sdpgrind.identify import _exported_kernels as kernels
 from sdpgrind.identify._triangle_kernels import TriangleLaw
 
@@ -36,15 +38,15 @@ class Names:
         """Numbers behind those of the values; no unit."""
         return (0.0,) * (kernels.MOST - len(self.names))
 
-    def each(self, ending: str = "") -> dict[str, str]:
-        """Return names with an ending, and the units of the values."""
-        units = (*self.units, *("",) * len(self.names))
-        return {f"{name}{ending}": unit for name, unit in zip(self.names, units, strict=False)}
+    def each(self, ending: str, meaning: str, units: Sequence[str] = (), **more: Any) -> dict[str, Signal]:
+        """Return a signal for each name, with an ending; `meaning` has a place for the name."""
+        pairs = zip(self.names, (*units, *("",) * len(self.names)), strict=False)
+        return {f"{name}{ending}": Signal(unit, meaning.format(name), **more) for name, unit in pairs}
 
-    def outputs(self) -> tuple[dict[str, str], dict[str, str]]:
-        """Return values and standard deviations with their units, and what they are."""
-        told = {f"{name}_sd": _SD.format(name) for name in self.names}
-        return {**self.each(), **self.each("_sd")}, {**dict.fromkeys(self.names, "estimate"), **told}
+    @property
+    def outputs(self) -> dict[str, Signal]:
+        """Values and standard deviations, in the units of the values."""
+        return {**self.each("", "estimate", self.units), **self.each("_sd", _SD, self.units)}
 
 
 def rows_recipe(names: Names, law: TriangleLaw, state: Floats) -> Recipe:
@@ -53,28 +55,22 @@ def rows_recipe(names: Names, law: TriangleLaw, state: Floats) -> Recipe:
     `law`: its forgetting of unit 1, its standard deviation in the unit of a target; `state`: that of
     `triangle_step`, before the first row.
     """
-    rows = dict.fromkeys(names.each("_row"), "")
-    outputs, told = names.outputs()
+    weight = f"weight that the rows before keep; NaN: {law.forgetting:g}"
     return Recipe(
         "least_squares",
         kernels.exported_row,
-        {"target": "", "forgetting": "", **rows},
-        outputs,
+        {
+            "target": Signal("", "reading: the sum of regressors times values, and noise"),
+            "forgetting": Signal("", weight, _LEAST, 1.0, missing=True, spread=0.0),
+            **names.each("_row", "regressor of {}", spread=0.0),
+        },
+        names.outputs,
         law=(law,),
         after=names.padding,
         state=state,
-        missing=("forgetting",),
-        ranges={"forgetting": (_LEAST, 1.0)},
-        meanings={
-            "target": "reading: the sum of regressors times values, and noise",
-            "forgetting": f"weight that the rows before keep; NaN: {law.forgetting:g}",
-            **{name: f"regressor of {name.removesuffix('_row')}" for name in rows},
-            **told,
-        },
         status=("determined", "undetermined"),
         equations="least squares with exponential forgetting, by Givens rotations: Mears (4.40), corrected",
-        vectors=_Rows(len(rows)).chains,
-        spread=(1.0, *(0.0,) * (1 + len(rows))),
+        vectors=_Rows(len(names.names)).chains,
         kind="RecursiveLeastSquares",
     )
 
@@ -94,22 +90,14 @@ def walk_recipe(names: Names, walk: Floats, noise: Floats, state: Floats, of_row
         Whether a reading is that of a combination of the values.
     """
     size = len(names.names)
-    rows, (outputs, told) = dict.fromkeys(names.each("_row"), ""), names.outputs()
-    readings = {"reading": "", **rows} if of_row else names.each("_reading")
-    meant = {name: f"reading of {name.removesuffix('_reading')}" for name in readings}
-    if of_row:
-        meant = {name: f"share of {name.removesuffix('_row')} in the reading" for name in rows}
-        meant["reading"] = "reading: the sum of shares times values, and noise"
     return Recipe(
         "random_walk",
         kernels.exported_walk_of_row if of_row else kernels.exported_walk,
-        readings,
-        outputs,
+        _readings(names, np.sqrt(noise), of_row),
+        names.outputs,
         law=(size, walk, *((noise[0],) if of_row else (noise, np.eye(size)))),
         after=names.padding,
         state=state[:-size] if of_row else state,
-        missing=tuple(name for name in readings if name not in rows),
-        meanings={**meant, **told},
         tables={
             "walk": "variance of each step",
             "noise": "variance of each reading",
@@ -118,9 +106,18 @@ def walk_recipe(names: Names, walk: Floats, noise: Floats, state: Floats, of_row
         status=("known",) if of_row else ("known", "not yet known"),
         equations="Kalman filter of random walks: Mears (4.35)-(4.39)",
         vectors=_WalkReadings(state[:size], np.sqrt(walk + noise), of_row).chains,
-        spread=(*np.sqrt(noise[: 1 if of_row else size]).tolist(), *(0.0,) * (size if of_row else 0)),
         kind="RandomWalk",
     )
+
+
+def _readings(names: Names, sd: Floats, of_row: bool) -> dict[str, Signal]:
+    """Return the inputs of a filter whose readings have these standard deviations, in their units."""
+    if not of_row:
+        each = names.each("_reading", "reading of {}", names.units, missing=True).items()
+        return {name: replace(one, spread=wide) for (name, one), wide in zip(each, sd.tolist(), strict=True)}
+    told = "reading: the sum of shares times values, and noise"
+    reading = Signal("", told, missing=True, spread=float(sd[0]))
+    return {"reading": reading, **names.each("_row", "share of {} in the reading", spread=0.0)}
 
 
 @dataclass(frozen=True)

@@ -8,25 +8,18 @@ import numpy as np
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.update_kernels import exported_step
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 
-_INPUTS = {"angle": "rad", "reading": "mm"}
 _OUTPUTS = {
-    "radius": "mm", "center_x": "mm", "center_y": "mm", "valid": "", "band": "mm",
-    "restarts": "",
+    "radius": Signal("mm", "radius of the ring, without the probe's tip"),
+    "center_x": Signal("mm", "centre of the ring from the spindle's axis, along angle 0"),
+    "center_y": Signal("mm", "centre of the ring from the spindle's axis, along an angle of a quarter turn"),
+    "valid": Signal("", "1 where the centre is certain enough, else 0"),
+    "band": Signal("mm", "greatest error of the centre at the confidence that was asked; infinite while"
+                   " readings are few"),
+    "restarts": Signal("", "moves of the part that were found since the last reset; each restarts the"
+                       " estimate"),
 }  # fmt: skip
-_MEANINGS = {
-    "angle": "angle of the spindle in the order of time, in either sense, whole turns counted or not; refused"
-    " (-1): a jump of more than a turn, and what follows a dozen even steps of more than 0.75 rad (degrees?)",
-    "reading": "radial position of the probe, > 0 away from the spindle's axis",
-    "radius": "radius of the ring, without the probe's tip",
-    "center_x": "centre of the ring from the spindle's axis, along angle 0",
-    "center_y": "centre of the ring from the spindle's axis, along an angle of a quarter turn",
-    "valid": "1 where the centre is certain enough, else 0",
-    "band": "greatest error of the centre at the confidence that was asked; infinite while readings are few",
-    "restarts": "moves of the part that were found since the last reset; each restarts the estimate",
-}
-_POSITIVE = f"{_MEANINGS['reading']}; 0 is refused (-1)"
 _STATUS = (
     "taken",
     "refused: an outlier",
@@ -51,22 +44,32 @@ def recipe_of(state: Floats) -> Recipe:
     return Recipe(
         "estimator",
         exported_step,
-        _INPUTS,
+        _inputs(limacon),
         _OUTPUTS,
         state=state,
         settings=tuple(range(at.SETTINGS)),
-        ranges={
-            "angle": (-_ANGLE_MAX, _ANGLE_MAX),
-            "reading": (-_READING_MAX, _READING_MAX) if limacon else (0.0, _READING_MAX),
-        },
-        meanings=_MEANINGS if limacon else {**_MEANINGS, "reading": _POSITIVE},
         status=_STATUS,
         places={name: getattr(at, name.upper()) for name in _PLACES},
         equations="least squares of the exact curve of an offset circle; certainty: see centering.circle",
         vectors=_Rings(limacon).chains,
-        spread=(0.02, 0.004),
         kind="GeometryEstimator",
     )
+
+
+def _inputs(limacon: bool) -> dict[str, Signal]:
+    """Return angle (rad) and reading (mm), of a ring about the axis or of the limacon."""
+    angle = (
+        "angle of the spindle in the order of time, in either sense, whole turns counted or not;"
+        " refused (-1): a jump of more than a turn, and what follows a dozen even steps of more than"
+        " 0.75 rad (degrees?)"
+    )
+    reading = "radial position of the probe, > 0 away from the spindle's axis"
+    reading += "" if limacon else "; 0 is refused (-1)"
+    least = -_READING_MAX if limacon else 0.0
+    return {
+        "angle": Signal("rad", angle, -_ANGLE_MAX, _ANGLE_MAX, spread=0.02),
+        "reading": Signal("mm", reading, least, _READING_MAX, spread=0.004),
+    }
 
 
 @dataclass(frozen=True)

@@ -8,25 +8,17 @@ import numpy as np
 from centering.cycle._strategy.as_sdp import WORTH
 from centering.cycle._strategy.exported_kernels import exported_push
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 
-_INPUTS = {"offset": "mm", "friction": "", "evidence": ""}
 _OUTPUTS = {
-    "aim": "mm", "stroke": "mm", "push_speed": "mm/s", "gentle": "", "retract": "", "spindle_speed": "rad/s",
-    "expected_time": "s", "kind": "",
-}  # fmt: skip
-_MEANINGS = {
-    "offset": "measured offset of the part from the axis of the spindle",
-    "friction": "mean of the believed friction scale: friction of the part over that of the model",
-    "evidence": "evidence of that belief, or the number of pushes so far",
-    "aim": "mean travel of the part that is intended; 0 where it is centred",
-    "stroke": "greatest travel of the tip after the first touch; 0 where the part is centred",
-    "push_speed": "greatest speed of the tip",
-    "gentle": "1 where the push has the gentle profile, else 0",
-    "retract": "1 where the tip retracts at once, else 0",
-    "spindle_speed": "speed of the table",
-    "expected_time": "expected time from the touch of this push to the end",
-    "kind": "number of the kind of push in the strategy; -1 where the part is centred",
+    "aim": Signal("mm", "mean travel of the part that is intended; 0 where it is centred"),
+    "stroke": Signal("mm", "greatest travel of the tip after the first touch; 0 where the part is centred"),
+    "push_speed": Signal("mm/s", "greatest speed of the tip"),
+    "gentle": Signal("", "1 where the push has the gentle profile, else 0"),
+    "retract": Signal("", "1 where the tip retracts at once, else 0"),
+    "spindle_speed": Signal("rad/s", "speed of the table"),
+    "expected_time": Signal("s", "expected time from the touch of this push to the end"),
+    "kind": Signal("", "number of the kind of push in the strategy; -1 where the part is centred"),
 }
 _TABLES = {
     "policy_0": "kind of the best push: pushes seen, offset, friction scale",
@@ -42,7 +34,7 @@ _CHAIN = 64  # chosen: states of a chain of the self-test
 _FAR = 0.2  # chosen: share of beliefs far from 1
 # chosen: states for which no stroke may be long enough: greatest offset, friction beyond the tables
 _LONG = 5
-_SPREAD = (1e-3, 0.1, 0.3)  # chosen: offset over the greatest one, friction scale, evidence
+_NEAR = 1e-3  # chosen: share of the greatest offset by which the self-test varies it
 
 
 def recipe_of(strategy: Any, tables: tuple[Any, ...], greatest: float) -> Recipe:
@@ -64,26 +56,30 @@ def recipe_of(strategy: Any, tables: tuple[Any, ...], greatest: float) -> Recipe
     return Recipe(
         "push",
         exported_push,
-        _INPUTS,
+        _inputs(greatest),
         _OUTPUTS,
         law=(
             (narrow, share), value, np.array(kinds), (unused, *outcomes[1:]), speeds, axes,
             float(strategy.finish), WORTH,
         ),
-        defaults={"friction": 1.0, "evidence": 0.0},
-        ranges={
-            "offset": (0.0, greatest),
-            "friction": (0.0, _FRICTION_MAX),
-            "evidence": (0.0, _EVIDENCE_MAX),
-        },
-        meanings=_MEANINGS,
         tables=_TABLES,
         status=("push", "centred"),
         equations="least expected time by dynamic programming; stroke of the wanted mean travel",
         vectors=_PushStates(float(strategy.finish), greatest, value.shape[0], axes).chains,
-        spread=(_SPREAD[0] * greatest, *_SPREAD[1:]),
         kind="Strategy",
     )  # fmt: skip
+
+
+def _inputs(greatest: float) -> dict[str, Signal]:
+    """Return the state of a part, offset at most the greatest (mm), in the order of `exported_push`."""
+    friction = "mean of the believed friction scale: friction of the part over that of the model"
+    evidence = "evidence of that belief, or the number of pushes so far"
+    offset = "measured offset of the part from the axis of the spindle"
+    return {
+        "offset": Signal("mm", offset, 0.0, greatest, spread=_NEAR * greatest),
+        "friction": Signal("", friction, 0.0, _FRICTION_MAX, default=1.0, spread=0.1),
+        "evidence": Signal("", evidence, 0.0, _EVIDENCE_MAX, default=0.0, spread=0.3),
+    }
 
 
 @dataclass(frozen=True)

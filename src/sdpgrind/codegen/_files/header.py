@@ -1,6 +1,6 @@
 """Header of an export: types with units, constants, two functions, the promise."""
 
-from sdpgrind.codegen._recipe import Recipe, shown
+from sdpgrind.codegen._recipe import Recipe, Signal, shown
 from sdpgrind.codegen._translate.values import comment, double
 
 _HEADER = """\
@@ -66,22 +66,20 @@ def header(recipe: Recipe, name: str, version: str, promise: str) -> str:
         equations=equations, instances=(_INSTANCES if recipe.program is None else _ONE).format(name=name),
         status="".join(f" *   {k:2d}  {one}\n" for k, one in enumerate(recipe.status)),
         constants=_constants(recipe, name.upper(), version),
-        inputs="\n".join(
-            _field(recipe, one, unit, limits)
-            for (one, unit), limits in zip(recipe.inputs.items(), recipe.limits, strict=True)
-        ),
-        outputs="\n".join(_field(recipe, one, unit) for one, unit in recipe.outputs.items()),
+        inputs="\n".join(_field(name, one, *_taken(one)) for name, one in recipe.inputs.items()),
+        outputs="\n".join(_field(name, one) for name, one in recipe.outputs.items()),
     )  # fmt: skip
 
 
-def _field(recipe: Recipe, name: str, unit: str, limits: tuple[float, float] | None = None) -> str:
-    """Return a field with its meaning above it, and unit, range and what NaN is behind it."""
-    told = recipe.meanings.get(name, "")
-    about = [unit or "1"]
-    about += [] if limits is None else [f"{shown(limits[0])} to {shown(limits[1])}"]
-    about += ["NaN: no reading"] if name in recipe.missing else []
-    above = [comment(told, "    ")] if told else []
-    return "\n".join([*above, f"    double {name}; /* {', '.join(about)} */"])
+def _field(name: str, one: Signal, *taken: str) -> str:
+    """Return a field with its meaning above it, its unit and what is `taken` behind it."""
+    above = [comment(one.meaning, "    ")] if one.meaning else []
+    return "\n".join([*above, f"    double {name}; /* {', '.join([one.unit or '1', *taken])} */"])
+
+
+def _taken(one: Signal) -> list[str]:
+    """Return the range of an input, and what NaN is."""
+    return [f"{shown(one.low)} to {shown(one.high)}", *(["NaN: no reading"] if one.missing else [])]
 
 
 def _constants(recipe: Recipe, upper: str, version: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from sdpgrind.codegen._files.shell import CSource
 from sdpgrind.codegen._files.vectors import STEPS, Vectors
-from sdpgrind.codegen._recipe import Recipe
+from sdpgrind.codegen._recipe import Recipe, Signal
 from sdpgrind.codegen._translate.runtime import FLAGS
 
 _OWN = 96  # chosen: bytes of stack of `step` beside its copy of the state and the outputs
@@ -55,7 +55,7 @@ def manifest(
         "fingerprint": recipe.fingerprint,
         "equations": recipe.equations,
         "inputs": _inputs(recipe),
-        "outputs": [_signal(recipe, one, unit) for one, unit in recipe.outputs.items()],
+        "outputs": [_signal(name, one) for name, one in recipe.outputs.items()],
         "state": {
             "size": recipe.state.size,
             "places": dict(recipe.places),
@@ -79,15 +79,14 @@ def manifest(
 
 
 def _inputs(recipe: Recipe) -> list[dict[str, Any]]:
-    pairs = zip(recipe.inputs.items(), recipe.limits, strict=True)
     return [
-        {**_signal(recipe, one, unit), "range": _plain(limits), "may_be_missing": one in recipe.missing}
-        for (one, unit), limits in pairs
+        {**_signal(name, one), "range": _plain((one.low, one.high)), "may_be_missing": one.missing}
+        for name, one in recipe.inputs.items()
     ]
 
 
-def _signal(recipe: Recipe, name: str, unit: str) -> dict[str, Any]:
-    return {"name": name, "unit": unit or "1", "meaning": recipe.meanings.get(name, "")}
+def _signal(name: str, one: Signal) -> dict[str, Any]:
+    return {"name": name, "unit": one.unit or "1", "meaning": one.meaning}
 
 
 def _plain(numbers: Any) -> list[float | str]:

@@ -131,7 +131,7 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
     function, call = _call(program, recipe.step, [state, *constants, *inputs, *after, room])
     calls = [f"status = (int32_t){call};"]
     if recipe.program is not None:
-        last, finish = _call(program, recipe.finish, [state, *constants, room, behind])
+        last, finish = _call(program, recipe.program.finish, [state, *constants, room, behind])
         function = _both(function, last, recipe.program.width)
         calls += ["if (status > 0) {", f"    {name}_solve(room);", "}", f"status = (int32_t){finish};"]
     if not isinstance(function.result, Scalar) or function.result.c == "double":

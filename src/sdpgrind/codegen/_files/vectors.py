@@ -96,8 +96,7 @@ class Varied:
 
 def spread_of(recipe: Recipe) -> Floats:
     """Return the half-width by which each input is varied, in its unit."""
-    given = recipe.spread
-    return np.ones(len(recipe.inputs)) if given is None else np.array(given, dtype=float)
+    return np.array([one.spread for one in recipe.inputs.values()], dtype=float)
 
 
 def rows_of(recipe: Recipe, rng: np.random.Generator, count: int) -> tuple[Floats, Bools]:

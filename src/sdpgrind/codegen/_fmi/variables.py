@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from sdpgrind.base import checks
-from sdpgrind.codegen._recipe import Recipe
+from sdpgrind.codegen._recipe import Recipe, Signal
 
 STATUS = "status"
 _FLAG = "_valid"
@@ -41,19 +41,19 @@ def variables_of(recipe: Recipe) -> list[UnitVariable]:
 
 
 def _inputs(recipe: Recipe) -> Iterator[UnitVariable]:
-    for k, (name, unit) in enumerate(recipe.inputs.items()):
-        missing, known = name in recipe.missing, f"{name}{_READ}" if name in recipe.outputs else name
-        told = meaning(recipe, name) + (f"; no reading where {known}{_FLAG} is false" if missing else "")
-        yield UnitVariable(known, "Real", "input", k, told, unit, recipe.limits[k])
-        if missing:
+    for k, (name, one) in enumerate(recipe.inputs.items()):
+        known = f"{name}{_READ}" if name in recipe.outputs else name
+        told = _meaning(name, one) + (f"; no reading where {known}{_FLAG} is false" if one.missing else "")
+        yield UnitVariable(known, "Real", "input", k, told, one.unit, recipe.limits[k])
+        if one.missing:
             told = f"whether {known} is a reading"
             yield UnitVariable(f"{known}{_FLAG}", "Boolean", "input", first_flag(recipe) + k, told)
 
 
 def _outputs(recipe: Recipe) -> Iterator[UnitVariable]:
-    for k, (name, unit) in enumerate(recipe.outputs.items()):
-        told = f"{meaning(recipe, name)}; 0 before the first step"
-        yield UnitVariable(name, "Real", "output", len(recipe.inputs) + k, told, unit)
+    for k, (name, one) in enumerate(recipe.outputs.items()):
+        told = f"{_meaning(name, one)}; 0 before the first step"
+        yield UnitVariable(name, "Real", "output", len(recipe.inputs) + k, told, one.unit)
     told = "result of the last step; 0 before the first"
     yield UnitVariable(STATUS, "Enumeration", "output", status_reference(recipe), told)
 
@@ -73,6 +73,6 @@ def status_reference(recipe: Recipe) -> int:
     return first_flag(recipe) + len(recipe.inputs)
 
 
-def meaning(recipe: Recipe, name: str) -> str:
+def _meaning(name: str, one: Signal) -> str:
     """Return what an input or output is, as far as that is told: else its name as words."""
-    return recipe.meanings.get(name) or name.replace("_", " ")
+    return one.meaning or name.replace("_", " ")

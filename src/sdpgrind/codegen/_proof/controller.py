@@ -10,7 +10,7 @@ import numpy as np
 
 from sdpgrind.codegen._proof.compilers import needed
 from sdpgrind.codegen._proof.library import Library, sizes_of
-from sdpgrind.codegen._recipe import Recipe, shown
+from sdpgrind.codegen._recipe import Recipe, shown, units_of
 
 
 class CompiledController:
@@ -60,39 +60,39 @@ class CompiledController:
     @property
     def reads(self) -> Mapping[str, str]:
         """Name of each measurement that a plant must have to its unit."""
-        recipe = self._recipe
-        return recipe.inputs if recipe.reads is None else recipe.reads
+        given = self._recipe.role.reads
+        return units_of(self._recipe.inputs) if given is None else given
 
     @property
     def commands(self) -> Mapping[str, str]:
-        """Name of each output to its unit."""
-        recipe = self._recipe
-        return recipe.outputs if recipe.commands is None else recipe.commands
+        """Name of each command to its unit."""
+        given = self._recipe.role.commands
+        return units_of(self._recipe.outputs) if given is None else given
 
     @property
     def reports(self) -> Mapping[str, str]:
         """Name of each report to its unit."""
-        return self._recipe.reports
+        return self._recipe.role.reports
 
     @property
     def job(self) -> Mapping[str, object]:
         """Part and machine (mm, s, N) of the thing that was exported."""
-        return self._recipe.job
+        return self._recipe.role.job
 
     @property
     def description(self) -> Mapping[str, float | str]:
         """What the thing that was exported tells the log, in its units (mm, s, N)."""
-        return self._recipe.description
+        return self._recipe.role.description
 
     @property
     def stands_for(self) -> str:
         """Class of the controller that steps so, for the log; text, no unit."""
-        return self._recipe.stands_for or self._recipe.kind
+        return self._recipe.role.stands_for or self._recipe.kind
 
     @property
     def tier(self) -> str:
         """Name of its table in the log; text, no unit."""
-        return self._recipe.tier
+        return self._recipe.role.tier
 
     def reset(self) -> None:
         """Start the next part."""
@@ -112,29 +112,27 @@ class CompiledController:
         ValueError
             When the C returns a status below 0.
         """
-        for k, name in enumerate(self._recipe.inputs):
-            self._inputs[k] = float(measurement.get(name, self._recipe.defaults.get(name, np.nan)))
+        for k, (name, one) in enumerate(self._recipe.inputs.items()):
+            self._inputs[k] = float(measurement.get(name, one.default))
         self.status = self._library.step(self.state, self._inputs, self._outputs)
         if self.status < 0:
             raise ValueError(self._refusal())
         found = dict(zip(self._recipe.outputs, self._outputs.tolist(), strict=True))
         self._taken = dict(zip(self._recipe.inputs, self._inputs.tolist(), strict=True)), dict(found)
-        told = self._recipe.answer
+        told = self._recipe.role.answer
         return found if told is None else told(self.status, found)
 
     def report(self) -> dict[str, float]:
         """Return what the plan expects of the last step (mm, $ ...): from the library, not from the C."""
-        told = self._recipe.report
+        told = self._recipe.role.report
         return {} if told is None or self.status < 0 else told(self.status, *self._taken)
 
     def _refusal(self) -> str:
         """Say what was handed over, and the range of each input."""
-        recipe = self._recipe
         told = []
-        for (name, unit), (low, high), value in zip(
-            recipe.inputs.items(), recipe.limits, self._inputs, strict=True
-        ):
-            missing = " or NaN" if name in recipe.missing else ""
-            told.append(f"{name}={value:g} ({shown(low)} to {shown(high)} {unit or '1'}{missing})")
+        for (name, one), value in zip(self._recipe.inputs.items(), self._inputs, strict=True):
+            missing = " or NaN" if one.missing else ""
+            taken = f"{shown(one.low)} to {shown(one.high)} {one.unit or '1'}{missing}"
+            told.append(f"{name}={value:g} ({taken})")
         rule = "inputs must be as their meanings in the header say, and within their range"
         return f"{rule} (status {self.status}); got {', '.join(told)}"

@@ -27,7 +27,7 @@ from sdpgrind.codegen._translate.types import (
     unified,
 )
 from sdpgrind.codegen._translate.values import LOWEST, Value, gathered, literal, widened
-from sdpgrind.codegen._translate.views import SizeUnknownError, Views
+from sdpgrind.codegen._translate.views import Views
 
 EXACT = "sqrt floor ceil fabs trunc copysign rint"
 """Functions of C that IEEE 754 defines to the last bit."""
@@ -194,9 +194,7 @@ class Calls(Views):
             element = ELEMENTS[np.dtype(told.thing)] if isinstance(told, Known) else FLOAT64
         extents = self._counts([asked])
         if None in extents:
-            raise SizeUnknownError(
-                str(self.refused(node, "an array of a size that is no constant", "state it as a constant"))
-            )
+            raise self.unsized(node, "an array of a size")
         shape = tuple(one or 0 for one in extents)
         kind = Array(element, shape, dense(shape))
         name = self.name(hint) if hint else self.fresh()
@@ -216,9 +214,7 @@ class Calls(Views):
         if name in ("reshape", "ravel") and kind.dense:
             counts = self._counts(self.operands(list(node.args))) if name == "reshape" else [-1]
             if None in counts:
-                raise SizeUnknownError(
-                    str(self.refused(node, "a shape that is no constant", "state it as a constant"))
-                )
+                raise self.unsized(node, "a shape")
             return replace(base, type=self._reshaped(node, kind, [one for one in counts if one is not None]))
         raise self.refused(node, f"the method {name} of an array", "write the loop")
 

@@ -144,15 +144,7 @@ def size_of(kind: Type) -> int:
     return kind.size if isinstance(kind, Scalar) else 8
 
 
-_OF_NUMBA = {
-    BOOL: of_numba.boolean,
-    INT8: of_numba.int8,
-    INT16: of_numba.int16,
-    INT32: of_numba.int32,
-    INT64: of_numba.int64,
-    FLOAT32: of_numba.float32,
-    FLOAT64: of_numba.float64,
-}
+_OF_NUMBA = {kind: from_dtype(dtype) for dtype, kind in ELEMENTS.items()}
 
 
 def to_numba(kind: Type) -> Any:

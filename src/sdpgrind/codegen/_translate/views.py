@@ -85,10 +85,12 @@ class Views(Body):
     def known(self, node: ast.AST, extent: int | None) -> int:
         """Return an extent, which must be known."""
         if extent is None:
-            raise SizeUnknownError(
-                str(self.refused(node, "a size that is no constant", "state it as a constant"))
-            )
+            raise self.unsized(node, "a size")
         return extent
+
+    def unsized(self, node: ast.AST, what: str, remedy: str = "state it as a constant") -> Exception:
+        """Return the error for a size that is not known without the numbers of the arguments."""
+        return SizeUnknownError(str(self.refused(node, f"{what} that is no constant", remedy)))
 
     def size(self, node: ast.AST, kind: Array) -> int:
         """Return the number of elements."""
@@ -182,9 +184,7 @@ class Views(Body):
         if upper is None:
             return IndexedAxis(first, (), None if extent is None else max(extent - first, 0))
         if upper.count is None:
-            raise SizeUnknownError(
-                str(self.refused(node, "a slice of a size that is no constant", "write the loop"))
-            )
+            raise self.unsized(node, "a slice of a size", "write the loop")
         last = self._from_end(upper.count, node, extent)
         return IndexedAxis(first, (), max((last if extent is None else min(last, extent)) - first, 0))
 
@@ -222,9 +222,7 @@ class Views(Body):
             length = self.expression(upper.right).count
             if length is not None:
                 return IndexedAxis(0, (begin,), length)
-        raise SizeUnknownError(
-            str(self.refused(node, "a slice of a size that is no constant", "write the loop"))
-        )
+        raise self.unsized(node, "a slice of a size", "write the loop")
 
     # -- loops over elements ---------------------------------------------------------------------------
 

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, replace
+from dataclasses import KW_ONLY
 from functools import cached_property
 from math import nan
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -255,9 +255,7 @@ class TorqueController(Stateful, Described):
             raise checks.refuse(
                 "observer", "'pid' or 'state': no sensor has the true contact torque", "ideal"
             )
-        profile = None if self.motion is None else self.motion.profile
-        recipe = recipe_of(self.law, profile, self.period)
-        return replace(recipe, job=self.job, description=self.description, commands=self.commands)
+        return recipe_of(self)
 
     def report(self) -> dict[str, float]:
         """Return estimate and reference of the contact torque, N m."""

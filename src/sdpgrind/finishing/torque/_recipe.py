@@ -1,13 +1,14 @@
 """Recipe of a torque controller: step, law, reference, and inputs of its self-test."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.states import named, places
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Role, Signal
 from sdpgrind.finishing.torque._controller_kernels import exported_hold, exported_step
 from sdpgrind.finishing.torque._law import TorqueLaw
 from sdpgrind.finishing.torque._states import CONTROLLER, LAW
@@ -23,12 +24,10 @@ _NAMED = (
     "obs_torque",
     "path_time",
 )
-_MEANINGS = {
-    "motor_angle": "angle of the motor, growing as it turns the tool into the contact",
-    "path_time": "time along the motion that plays, from its start",
-    "current": "current to command, > 0 presses the tool onto the part",
-    "feed_override": "0 while the motion waits for the contact to settle, 1 while it plays",
-    "start_motion": "1 in the first step: the motion is to be handed to the robot, else 0",
+_CURRENT = Signal("A", "current to command, > 0 presses the tool onto the part")
+_OF_MOTION = {
+    "feed_override": Signal("", "0 while the motion waits for the contact to settle, 1 while it plays"),
+    "start_motion": Signal("", "1 in the first step: the motion is to be handed to the robot, else 0"),
 }
 _TABLES = {
     "law": "law of the controller, by entry: " + ", ".join(LAW.names or ()),
@@ -39,39 +38,45 @@ _ANGLE_MAX, _TIME_MAX = 1e6, 1e6  # chosen: rad, s; 160 000 turns; 12 days
 _CHAINS = 12  # chosen: parts of the self-test
 _SIZES = (0.02, 0.3, 1.0, 3.0, 30.0)  # chosen: movements over the deflection under the force
 
-_RANGES = {"motor_angle": (-_ANGLE_MAX, _ANGLE_MAX), "path_time": (-_TIME_MAX, _TIME_MAX)}
 
-
-def recipe_of(law: TorqueLaw, profile: Any, period: float) -> Recipe:
-    """Return the recipe of a controller with this law, in N m, A, rad and s."""
-    moves = profile is not None
-    told = named(law.parameters, LAW)
-    part = _Readings(law, float(law.torque.max() / told.stiffness), period, moves)
-    outputs = {"current": "A"} | ({"feed_override": "", "start_motion": ""} if moves else {})
-    inputs = {"motor_angle": "rad"} | ({"path_time": "s"} if moves else {})
-    spread = (part.deflection, 0.2 * max(float(law.time[-1]), period))
+def recipe_of(controller: Any) -> Recipe:
+    """Return the recipe of a controller, in N m, A, rad and s; the profile of its motion stays here."""
+    law, period, moves = controller.law, controller.period, controller.motion is not None
+    part = _Readings(law, float(law.torque.max() / named(law.parameters, LAW).stiffness), period, moves)
     return Recipe(
         "torque",
         exported_step if moves else exported_hold,
-        inputs,
-        outputs,
+        _inputs(part),
+        {"current": _CURRENT, **(_OF_MOTION if moves else {})},
         law=(law.parameters, law.time, law.torque),
         state=law.start,
-        missing=tuple(inputs),
-        ranges={name: _RANGES[name] for name in inputs},
-        meanings={name: _MEANINGS[name] for name in (*inputs, *outputs)},
         tables=_TABLES,
         period=period,
         places=dict(zip(_NAMED, places(CONTROLLER, *_NAMED), strict=True)),
         equations="Wang and Jan (2001), (6), (8), (9) corrected; LQG, damping: docs of finishing.torque.",
         vectors=part.chains,
-        spread=spread[: len(inputs)],
         kind="TorqueController",
-        answer=(lambda status, found: _played(found, profile)) if moves else None,
+        role=Role(
+            commands=controller.commands,
+            answer=None if controller.motion is None else partial(_played, controller.motion.profile),
+            job=controller.job,
+            description=controller.description,
+        ),
     )
 
 
-def _played(found: dict[str, float], profile: Any) -> dict[str, Any]:
+def _inputs(part: "_Readings") -> dict[str, Signal]:
+    """Return the inputs, varied (rad, s) about those of a part."""
+    angle = "angle of the motor, growing as it turns the tool into the contact"
+    time, late = "time along the motion that plays, from its start", 0.2 * max(part.law.time[-1], part.period)
+    found = {
+        "motor_angle": Signal("rad", angle, -_ANGLE_MAX, _ANGLE_MAX, missing=True, spread=part.deflection),
+        "path_time": Signal("s", time, -_TIME_MAX, _TIME_MAX, missing=True, spread=float(late)),
+    }
+    return found if part.moves else {"motor_angle": found["motor_angle"]}
+
+
+def _played(profile: Any, status: int, found: dict[str, float]) -> dict[str, Any]:
     """Return the command, with the motion in the first sample."""
     command: dict[str, Any] = {name: found[name] for name in ("current", "feed_override")}
     return {**command, "motion": profile} if found["start_motion"] == 1.0 else command

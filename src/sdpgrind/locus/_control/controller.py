@@ -1,7 +1,7 @@
 """The controller that moves along the locus by one measured response, of Koren (1989)."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, replace
+from dataclasses import KW_ONLY
 from functools import cached_property
 from math import exp
 from typing import TYPE_CHECKING, Any
@@ -222,7 +222,7 @@ class LocusController(Walking, Described):
         """Return what `sdpgrind.export` writes of it, in the user's units."""
         from sdpgrind.locus._control.recipe import recipe_of
 
-        return replace(recipe_of(self), job=self.job)
+        return recipe_of(self)
 
     def simulate(self, hidden: Any, *, noise: Any = 0.0) -> LoopRecord:
         """Return many simultaneous runs on the model, without lag or waiting; bit-equal to `step`.

@@ -1,15 +1,15 @@
 """Recipe of a controller on the locus: its step, and readings of parts for the self-test."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import nan
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen import Recipe
-from sdpgrind.locus._control.walking import Walking
+from sdpgrind.codegen import Recipe, Role, Signal
 from sdpgrind.locus._path import law_kernels as core
 from sdpgrind.locus._path import walk_kernels as kernels
 from sdpgrind.locus._problem.tape_lines import straight_lines
@@ -42,25 +42,21 @@ _NEAR_END = 0.05  # chosen: share of a cell of the table; a wrong start of its s
 _LAGGED = 0.5  # chosen: share of the way to its command that a lagging coordinate takes in a sample
 
 
-def recipe_of(controller: Walking) -> Recipe:
+def recipe_of(controller: Any) -> Recipe:
     """Return the recipe of a controller, in the user's units."""
     stretch, walk, law = controller.stretch, controller.walk, controller.law
     _check(controller)
-    measured = {stretch.along: stretch.unit} if walk.column >= 0 else {}
-    outputs = {**controller.commands, **controller.reports}
+    measured = walk.column >= 0
     checks.unique("names", [*controller.commands, *controller.reports])
     start = controller.fresh_state()
-    part = _ReadParts(law, walk, start, float(np.max(np.abs(stretch.limit))), bool(measured))
+    part = _ReadParts(law, walk, start, float(np.max(np.abs(stretch.limit))), measured)
     return Recipe(
         "locus",
         kernels.exported_step,
-        {**controller.reads, **measured},
-        outputs,
+        *_signals(controller, part.spread),
         law=(law, walk),
         after=() if measured else (nan,),
         state=start,
-        missing=(*controller.reads, *measured),
-        meanings=_meanings(controller),
         tables=_TABLES,
         period=controller.period,
         status=_STATUS,
@@ -68,17 +64,19 @@ def recipe_of(controller: Walking) -> Recipe:
         written_out={kernels.limit_at: _limit_at(walk, len(stretch.names))},
         equations="Koren (1989), section 5 and (36).",
         vectors=part.chains,
-        spread=part.spread,
         kind=type(controller).__name__,
-        answer=lambda status, found: {name: found[name] for name in controller.commands},
-        reads=controller.reads,
-        commands=controller.commands,
-        report=lambda status, given, found: {name: found[name] for name in controller.reports},
-        reports=controller.reports,
+        role=Role(
+            reads=controller.reads,
+            commands=controller.commands,
+            answer=lambda status, found: {name: found[name] for name in controller.commands},
+            report=lambda status, given, found: {name: found[name] for name in controller.reports},
+            reports=controller.reports,
+            job=controller.job,
+        ),
     )
 
 
-def _check(controller: Walking) -> None:
+def _check(controller: Any) -> None:
     """Refuse what has no kernel, or no start of its own."""
     if controller.method != "feedback":
         rule = "'feedback' for an export: the inversion is solved in Python"
@@ -91,16 +89,20 @@ def _check(controller: Walking) -> None:
         raise checks.refuse("curve", rule, type(controller.stretch).__name__)
 
 
-def _meanings(controller: Walking) -> dict[str, str]:
-    stretch = controller.stretch
-    return {
-        stretch.response: "response as measured, to be kept below its limit",
-        **{name: f"{name.replace('_', ' ')} to command" for name in controller.commands},
-        stretch.hidden_name: f"{stretch.hidden_name.replace('_', ' ')} with this optimum",
-        **({} if controller.walk.column < 0 else {stretch.along: f"{stretch.along.replace('_', ' ')}: as an"
-        " input as measured, as an output to command"}),
-        **_TOLD,
-    }  # fmt: skip
+def _signals(controller: Any, spread: Sequence[float]) -> tuple[dict[str, Signal], dict[str, Signal]]:
+    """Return inputs, varied by their `spread`, and outputs, in their units."""
+    stretch, inputs = controller.stretch, dict(controller.reads)
+    told = {name: f"{name.replace('_', ' ')} to command" for name in controller.commands} | _TOLD
+    told[stretch.response] = "response as measured, to be kept below its limit"
+    told[stretch.hidden_name] = f"{stretch.hidden_name.replace('_', ' ')} with this optimum"
+    if controller.walk.column >= 0:
+        inputs[stretch.along], words = stretch.unit, stretch.along.replace("_", " ")
+        told[stretch.along] = f"{words}: as an input as measured, as an output to command"
+    each, outputs = zip(inputs.items(), spread, strict=True), {**controller.commands, **controller.reports}
+    return (
+        {name: Signal(unit, told[name], missing=True, spread=wide) for (name, unit), wide in each},
+        {name: Signal(unit, told[name]) for name, unit in outputs.items()},
+    )
 
 
 def _limit_at(walk: kernels.Walk, count: int) -> str:

@@ -1,12 +1,12 @@
 """Recipe of an inversion: its search and look-up, and readings for the self-test."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 from sdpgrind.locus._curve import inversion_kernels as kernels
 from sdpgrind.locus._problem import tape_kernels
 from sdpgrind.locus._problem.tape_lines import straight_lines
@@ -41,16 +41,14 @@ def recipe_of(packed: Floats, table: LocusTable, units: Mapping[str, str]) -> Re
     return Recipe(
         "inversion",
         _STEPS[n],
-        inputs,
-        {state: named[state], **apart},
+        _inputs(inputs, readings.spread),
+        _outputs({state: named[state], **apart}),
         law=(search, *map(int, sizes)),
-        meanings=_meanings(inputs, state, apart),
         tables=_TABLES,
         status=("inside", "below the range: clamped", "above the range: clamped"),
         written_out={tape_kernels.run: _run(search, n)},
         equations="Newton's method within a bracket; then a look-up by the hidden state",
         vectors=readings.chains,
-        spread=readings.spread,
         kind="Inversion",
     )
 
@@ -69,14 +67,19 @@ def _search(packed: Floats, table: LocusTable) -> kernels.Search:
     )
 
 
-def _meanings(inputs: Mapping[str, str], state: str, columns: Mapping[str, str]) -> dict[str, str]:
-    response, *controls = inputs
-    return {
-        response: "response as measured; refused (-1) where the model has none at the controls",
-        **{name: f"{name.replace('_', ' ')} at which it was measured" for name in controls},
-        state: "hidden state that explains it, clamped to its range",
-        **{name: f"{name.removesuffix('_at').replace('_', ' ')} at this state" for name in columns},
-    }
+def _inputs(units: Mapping[str, str], spread: Sequence[float]) -> dict[str, Signal]:
+    """Return response and controls, each varied by its `spread`, in its unit."""
+    told = {name: f"{name.replace('_', ' ')} at which it was measured" for name in units}
+    told[next(iter(units))] = "response as measured; refused (-1) where the model has none at the controls"
+    each = zip(units.items(), spread, strict=True)
+    return {name: Signal(unit, told[name], spread=wide) for (name, unit), wide in each}
+
+
+def _outputs(units: Mapping[str, str]) -> dict[str, Signal]:
+    """Return hidden state and columns, in their units."""
+    told = {name: f"{name.removesuffix('_at').replace('_', ' ')} at this state" for name in units}
+    told[next(iter(units))] = "hidden state that explains it, clamped to its range"
+    return {name: Signal(unit, told[name]) for name, unit in units.items()}
 
 
 def _run(search: kernels.Search, count: int) -> str:

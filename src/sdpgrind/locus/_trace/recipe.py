@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Signal
 from sdpgrind.locus._trace.table_kernels import exported_look_up
 
 _BEYOND = 0.1  # chosen: share of the range by which keys lie outside
@@ -14,7 +14,7 @@ _BEYOND = 0.1  # chosen: share of the range by which keys lie outside
 def recipe_of(packed: Floats, key: Floats, width: int, units: Mapping[str, str]) -> Recipe:
     """Return the recipe of a table; names and units of key and columns where they are known."""
     named = list(units.items()) or [("key", ""), *((f"column_{k}", "") for k in range(width))]
-    inputs, outputs = dict(named[:1]), _apart(named[1:], named[0][0])
+    (name, unit), *columns = named
     nodes, span = np.sort(key), float(np.ptp(key))
 
     def keys(rng: np.random.Generator, count: int) -> list[Floats]:
@@ -28,20 +28,18 @@ def recipe_of(packed: Floats, key: Floats, width: int, units: Mapping[str, str])
     return Recipe(
         "locus_table",
         exported_look_up,
-        inputs,
-        outputs,
+        {name: Signal(unit, "key of the table; a NaN is refused (-1)", spread=0.5 * span)},
+        dict(_column(one, unit, name) for one, unit in columns),
         law=(packed,),
-        meanings={name: f"{name.replace('_', ' ')} at the key, clamped at the ends" for name in outputs}
-        | dict.fromkeys(inputs, "key of the table; a NaN is refused (-1)"),
         tables={"packed": "head, keys, values and slopes node by node, guide of whole numbers by their bits"},
         status=("inside", "below the table: its first row", "above the table: its last row"),
         equations="cubic Hermite interpolation with exact slopes",
         vectors=keys,
-        spread=(0.5 * span,),
         kind="LocusTable",
     )
 
 
-def _apart(named: list[tuple[str, str]], key: str) -> dict[str, str]:
-    """Return the outputs; one that bears the name of the key gets another."""
-    return {f"{name}_at" if name == key else name: unit for name, unit in named}
+def _column(name: str, unit: str, key: str) -> tuple[str, Signal]:
+    """Return name and signal of an output; one that bears the name of the key gets another."""
+    apart = f"{name}_at" if name == key else name
+    return apart, Signal(unit, f"{apart.replace('_', ' ')} at the key, clamped at the ends")

@@ -2,7 +2,6 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -99,8 +98,7 @@ class SampledCycle(ABC):
         """Return what `sdpgrind.export` writes of it."""
         from sdpgrind.plunge._control.recipe import recipe_of
 
-        recipe = recipe_of(self.law, self.problem.model, self.period, type(self).__name__)
-        return replace(recipe, job=self.job, description=self.description, commands=self.commands)
+        return recipe_of(self)
 
     def report(self) -> dict[str, float]:
         """Return section, rate (mm/s), stock and contact zero (mm), wear flat area, scale of deflection.

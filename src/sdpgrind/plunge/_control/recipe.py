@@ -2,26 +2,22 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.states import named
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Role, Signal
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import exported_step, start_control
 from sdpgrind.plunge._model.kernels import PlungeCore, rate
-from sdpgrind.plunge._model.model import PlungeModel
 
-INPUTS = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
-OUTPUTS = {"command_rate": "mm/s", "balancing": ""}
-_MEANINGS = {
-    "size": "radial stock removed as the gauge shows it: 0 at the start, growing as the part shrinks",
-    "grinding_power": "power as the monitor shows it, idle power included, > 0 while the wheel turns",
-    "power_saturated": "not 0 where the power meter is at its end: the power is then not used",
-    "command_rate": "infeed rate to command, > 0 into the part, < 0 away from it; 0 with the status retract",
-    "balancing": "1 while depth of burning and remaining stock are held in balance, else 0",
-}
+_OUTPUTS = {
+    "command_rate": Signal("mm/s", "infeed rate to command, > 0 into the part, < 0 away from it; 0 with the"
+                           " status retract"),
+    "balancing": Signal("", "1 while depth of burning and remaining stock are held in balance, else 0"),
+}  # fmt: skip
 _POWER_MAX = 1e6  # chosen: W; no grinding spindle has a megawatt
 _PLACES = {
     name: getattr(at, name.upper())
@@ -44,8 +40,9 @@ _MORE = 3  # chosen: samples after the end of a part
 _SIZE_SPREAD, _POWER_SPREAD = 4e-4, 0.02  # chosen: mm; share of the power at the greatest rate
 
 
-def recipe_of(law: Floats, model: PlungeModel, period: float, kind: str) -> Recipe:
-    """Return the recipe of a controller with this law, in mm, s, N and W."""
+def recipe_of(controller: Any) -> Recipe:
+    """Return the recipe of a controller, in mm, s, N and W."""
+    law, model = controller.law, controller.problem.model
     core = model.core
     greatest = named(law, at.LAW).rate_max
     watts = float(core.power0 + core.power1 * greatest + core.power2 * greatest**core.p)
@@ -53,29 +50,39 @@ def recipe_of(law: Floats, model: PlungeModel, period: float, kind: str) -> Reci
     return Recipe(
         "cycle",
         exported_step,
-        INPUTS,
-        OUTPUTS,
+        _inputs(model.work_diameter, watts),
+        _OUTPUTS,
         law=(law,),
         state=np.zeros(at.STATES),
         start=start_control,
-        missing=("size", "grinding_power"),
-        defaults={"power_saturated": 0.0},
-        ranges={
-            "size": (-model.work_diameter, model.work_diameter),
-            "grinding_power": (-_POWER_MAX, _POWER_MAX),
-            "power_saturated": (0.0, 1.0),
-        },
-        meanings=_MEANINGS,
         tables={"parameters": "law of the controller, by entry: " + ", ".join(at.LAW.names or ())},
-        period=period,
+        period=controller.period,
         status=("go on", "retract"),
         places=_PLACES,
         equations="Dong, Danai and Malkin (2004), section 2; safe position of the axis.",
         vectors=part.chains,
-        spread=(_SIZE_SPREAD, _POWER_SPREAD * watts, 0.0),
-        kind=kind,
-        answer=lambda status, found: {"retract": 1.0} if status == 1 else found,
+        kind=type(controller).__name__,
+        role=Role(
+            commands=controller.commands,
+            answer=lambda status, found: {"retract": 1.0} if status == 1 else found,
+            job=controller.job,
+            description=controller.description,
+        ),
     )
+
+
+def _inputs(diameter: float, watts: float) -> dict[str, Signal]:
+    """Return the inputs at a work of this diameter (mm), with this power (W) at the greatest rate."""
+    size = "radial stock removed as the gauge shows it: 0 at the start, growing as the part shrinks"
+    power = "power as the monitor shows it, idle power included, > 0 while the wheel turns"
+    saturated = "not 0 where the power meter is at its end: the power is then not used"
+    return {
+        "size": Signal("mm", size, -diameter, diameter, missing=True, spread=_SIZE_SPREAD),
+        "grinding_power": Signal(
+            "W", power, -_POWER_MAX, _POWER_MAX, missing=True, spread=_POWER_SPREAD * watts
+        ),
+        "power_saturated": Signal("", saturated, 0.0, 1.0, default=0.0, spread=0.0),
+    }
 
 
 @dataclass(frozen=True)

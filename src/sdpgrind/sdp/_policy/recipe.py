@@ -6,24 +6,20 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen import Recipe, TablesAsked
+from sdpgrind.codegen import Recipe, Signal, TablesAsked
 from sdpgrind.sdp._policy import bent_kernels
 from sdpgrind.sdp._policy import exported_kernels as kernels
 from sdpgrind.sdp._policy.bent_stop import bent_stop
-from sdpgrind.sdp._policy.meanings import meanings_of
+from sdpgrind.sdp._policy.signals import controls_of, extents_of, inputs_of
 from sdpgrind.sdp._policy.small_choice import small_tables
 from sdpgrind.sdp._policy.small_tables import Codes
-from sdpgrind.sdp._policy.stage_told import stage_told
 from sdpgrind.sdp._policy.table import Solution
 
+_LATE = "NaN beyond an edge at which the process ends, and late where the plan keeps no stage of its own"
 _TOLD = {
-    "gap": "extra cost of the best other move or stop; infinite where there is none",
-    "value": "expected penalty-to-go; NaN beyond an edge at which the process ends, and late where the plan"
-    " keeps no stage of its own",
+    "gap": Signal("$", "extra cost of the best other move or stop; infinite where there is none"),
+    "value": Signal("$", f"expected penalty-to-go; {_LATE}"),
 }
-_ANY = 1e9  # chosen: in the unit of an axis; beyond what any is used for
-_UNKNOWN = "unit of the plan"  # derived: `sdp.Move` has none for its controls
-_VARIED = 0.25  # chosen: share of an input's extent by which the self-test varies it
 _BEYOND = 0.05  # chosen: share of an axis by which states of the self-test lie outside
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 _TABLES = {
@@ -56,8 +52,8 @@ _TABLES = {
 
 def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
     """Return the recipe of a `Policy`, in the units of its axes and controls, and $."""
-    layout, codes, inputs = policy.layout, Codes.of(policy), _inputs(policy)
-    controls = policy._controls
+    _check(policy)
+    layout, codes, controls = policy.layout, Codes.of(policy), policy._controls
     told = asked.told(controls, tuple(_TOLD), ("gap",))
     small, notes = small_tables(policy, asked.precision, asked.lost_max, told)
     lists, level = _listed(policy, codes, controls)
@@ -72,37 +68,24 @@ def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
     return Recipe(
         "policy",
         step,
-        inputs,
-        {**dict.fromkeys(controls, _UNKNOWN), **dict.fromkeys(told, "$")},
+        inputs_of(policy),
+        {**controls_of(policy), **{name: _TOLD[name] for name in told}},
         law=(*small.law, *([] if bent is None else [bent]), lists, level, codes.stops, *before),
         after=(0.0,) * (3 - len(layout.axes)),
-        ranges=_ranges(policy, inputs),
-        meanings=meanings_of(policy, list(inputs), controls) | {name: _TOLD[name] for name in told},
         tables=_TABLES,
         status=(*layout.stops, *(move.name for move in layout.moves)),
         equations="expected penalty-to-go by dynamic programming; the action of the table.",
         vectors=_TableStates(policy, small.table).chains,
-        spread=_spread(policy),
         kind="sdp.Policy",
         notes=notes,
     )
 
 
-def _inputs(policy: Any) -> dict[str, str]:
-    """Names and units: mode, if there are several, stage coordinate, axes."""
-    layout = policy.layout
-    several = len(layout.modes) > 1
-    _check(policy, several)
-    modes = {"mode": ""} if several else {}
-    stage = {} if layout.endless else {layout.stage_name: layout.stage_unit}
-    return {**modes, **stage, **{axis.name: axis.unit for axis in layout.axes}}
-
-
-def _check(policy: Any, several: bool) -> None:
+def _check(policy: Any) -> None:
     """Refuse what the look-up in C does not know; name the condition that fails."""
     if policy.single is None:
         raise checks.refuse("thing", "a policy of one to three axes", len(policy.layout.axes))
-    if several and policy.layout.endless:
+    if len(policy.layout.modes) > 1 and policy.layout.endless:
         raise checks.refuse("thing", "a policy of one mode, where there is no deadline", policy.layout.modes)
 
 
@@ -118,37 +101,11 @@ def _listed(policy: Any, codes: Codes, controls: list[str]) -> tuple[Floats, Any
     return lists, level.astype(np.int64)
 
 
-def _extents(policy: Solution) -> list[tuple[float, float]]:
-    """Least and greatest value of each input within the table."""
-    layout, count = policy.layout, policy.countdown
-    modes = [(0.0, float(len(layout.modes) - 1))] if len(layout.modes) > 1 else []
-    stage = [] if layout.endless else [(count.lowest * layout.step, layout.count * layout.step)]
-    return [*modes, *stage, *((axis.low, axis.high) for axis in layout.axes)]
-
-
-def _spread(policy: Solution) -> list[float]:
-    """Half-width by which the self-test varies each input; a mode that is no whole number is refused."""
-    wide = [_VARIED * (high - low) for low, high in _extents(policy)]
-    return [0.0, *wide[1:]] if len(policy.layout.modes) > 1 else wide
-
-
-def _ranges(policy: Solution, inputs: dict[str, str]) -> dict[str, tuple[float, float]]:
-    """Values of inputs that have an answer; the look-up refuses others within them."""
-    found = dict(zip(inputs, _extents(policy), strict=True))
-    layout = policy.layout
-    if not layout.endless:
-        found[layout.stage_name] = stage_told(policy)[0]
-    for axis in layout.axes:
-        low, high = found[axis.name]
-        found[axis.name] = low if axis.below == "refuse" else -_ANY, high if axis.above == "refuse" else _ANY
-    return found
-
-
 class _TableStates:
     """States of the table: between nodes, at them, outside, and in cells in which the action changes."""
 
     def __init__(self, policy: Solution, table: Any) -> None:
-        self._policy, self._table, self._extents = policy, table, np.array(_extents(policy))
+        self._policy, self._table, self._extents = policy, table, np.array([*extents_of(policy).values()])
         self._fixed = len(self._extents) - len(policy.grid.axes)
 
     def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:

@@ -1,7 +1,6 @@
 """Bottom tier: follows a planned force at 60 Hz by feedforward of the plan and feedback on the rest."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from math import inf, isfinite, isnan, nan
 from operator import is_
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -198,8 +197,7 @@ class ForceController(Stateful):
             "place_trust": _PLACE_TRUST, "first_demand": first,
         }  # fmt: skip
         settled = np.array([self._settled(first), self._settled(1.0)])
-        recipe = pass_recipe(self._core, reference, settings, settled, self._force_max)
-        return replace(recipe, job=self.job)
+        return pass_recipe(self._core, reference, settings, settled, self._force_max, self.job)
 
     def planned(self, time: float) -> tuple[float, float]:
         """Return planned force (N) and platform position (mm) at a time (s) of the pass."""

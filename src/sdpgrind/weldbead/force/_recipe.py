@@ -7,7 +7,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.states import floats
-from sdpgrind.codegen import Recipe, StepProgram
+from sdpgrind.codegen import Recipe, Role, Signal, StepProgram
 from sdpgrind.weldbead.force._kernels import ControlCore, exported_step
 from sdpgrind.weldbead.force._pass_kernels import PASS, SETTINGS, exported_pass
 from sdpgrind.weldbead.force._predictive_kernels import (
@@ -17,20 +17,12 @@ from sdpgrind.weldbead.force._predictive_kernels import (
 )
 from sdpgrind.weldbead.force._reference import ForceReference
 
-_INPUTS = {"force": "N", "normal_force_plan": "N", "position_plan": "mm"}
-_MEANINGS = {
-    "force": "reading of the force sensor, > 0 where the disc presses onto the bead",
-    "normal_force_plan": "planned force, ahead by the lag of the loop, > 0 onto the bead",
-    "position_plan": "planned position of the platform, ahead by the lag of the loop, > 0 up",
-    "platform_command": "position of the platform to command, > 0 up: it carries the part towards the disc",
+_OUTPUTS = {
+    "platform_command": Signal(
+        "mm", "position of the platform to command, > 0 up: it carries the part towards the disc"
+    )
 }
 _READING_MAX, _POSITION_MAX = 1e6, 1e5  # chosen: N, mm; beyond any force sensor, any platform
-_MEANINGS_OF_PASS = {
-    "force": _MEANINGS["force"],
-    "pass_time": "time since the start of the pass; one that goes back starts another; NaN: steps count",
-    "center_x": "position of the disc's center along the bead: it gives the time, where the plan has it",
-    "platform_command": _MEANINGS["platform_command"],
-}
 _TABLES = {
     "plan": "plan of the pass, by rows: time (s), normal force (N), fly height (mm), center of the disc (mm)",
     "settings": "settings, by entry: " + ", ".join(SETTINGS.names or ()),
@@ -49,6 +41,7 @@ def pass_recipe(
     settings: Mapping[str, float],
     settled: Floats,
     force_max: float,
+    job: Mapping[str, object],
 ) -> Recipe:
     """Return the recipe of a controller with a plan, in N, s, mm; `settled` as in `exported_pass`."""
     place = np.full(reference.time.size, np.nan) if reference.center_x is None else reference.center_x
@@ -59,32 +52,31 @@ def pass_recipe(
     behind = state[settled.shape[1] :].view(PASS)
     for name in ("time", "clock", "demand"):
         behind[name] = np.nan
-    passes = _PlannedPasses(plan, float(row.view(SETTINGS)["period"][0]), force_max)
+    period = float(settings["period"])
+    clock = "time since the start of the pass; one that goes back starts another; NaN: steps count"
+    along = "position of the disc's center along the bead: it gives the time, where the plan has it"
     return Recipe(
         "force",
         exported_pass,
-        {"force": "N", "pass_time": "s", "center_x": "mm"},
-        {"platform_command": "mm"},
+        {
+            "force": _force(force_max),
+            "pass_time": Signal("s", clock, -_TIME_MAX, _TIME_MAX, missing=True, spread=0.3 * period),
+            "center_x": Signal("mm", along, -_POSITION_MAX, _POSITION_MAX, missing=True, spread=_SPREAD),
+        },
+        _OUTPUTS,
         law=(core, plan, row, settled),
         state=state,
-        missing=("force", "pass_time", "center_x"),
-        ranges={
-            "force": (-_READING_MAX, _READING_MAX),
-            "pass_time": (-_TIME_MAX, _TIME_MAX),
-            "center_x": (-_POSITION_MAX, _POSITION_MAX),
-        },
-        meanings=_MEANINGS_OF_PASS,
         tables=_TABLES,
-        period=float(settings["period"]),
+        period=period,
         places={
             "correction": settled.shape[1] - 4,
             "command": settled.shape[1] - 3,
             "demand": settled.shape[1] + 3,
         },
         equations=_EQUATIONS,
-        vectors=passes.chains,
-        spread=(_SPREAD * force_max, 0.3 * float(settings["period"]), _SPREAD),
+        vectors=_PlannedPasses(plan, period, force_max).chains,
         kind="ForceController",
+        role=Role(job=job),
     )
 
 
@@ -96,8 +88,7 @@ def predictive_recipe(recipe: Recipe, core: PredictiveCore, program: StepProgram
     return replace(
         recipe,
         step=exported_ask,
-        finish=exported_answer,
-        program=program,
+        program=replace(program, finish=exported_answer),
         law=(core, *recipe.law[1:]),
         state=np.concatenate([recipe.state, np.zeros(order)]),
         equations="least squares of force errors and moves over a horizon, within limits",
@@ -110,29 +101,32 @@ def law_recipe(core: ControlCore, state: Floats, period: float, force_max: float
 
     Planned force and platform position come from the plan, ahead by the lag of the loop.
     """
-    law, model = core.law.B.size, core.model.B.size
-    rest = law + model
+    rest = core.law.B.size + core.model.B.size
+    planned = "planned force, ahead by the lag of the loop, > 0 onto the bead"
+    place = "planned position of the platform, ahead by the lag of the loop, > 0 up"
     return Recipe(
         "force",
         exported_step,
-        _INPUTS,
-        {"platform_command": "mm"},
+        {
+            "force": _force(force_max),
+            "normal_force_plan": Signal("N", planned, 0.0, force_max, spread=0.0),
+            "position_plan": Signal("mm", place, -_POSITION_MAX, _POSITION_MAX, spread=_SPREAD),
+        },
+        _OUTPUTS,
         law=(core,),
         state=state,
-        missing=("force",),
-        ranges={
-            "force": (-_READING_MAX, _READING_MAX),
-            "normal_force_plan": (0.0, force_max),
-            "position_plan": (-_POSITION_MAX, _POSITION_MAX),
-        },
-        meanings=_MEANINGS,
         period=period,
         places={"correction": rest, "command": rest + 1, "samples_lost": rest + 2, "error": rest + 3},
         equations=_EQUATIONS,
         vectors=_Passes(force_max).chains,
-        spread=(_SPREAD * force_max, 0.0, _SPREAD),
         kind="ForceController",
     )
+
+
+def _force(force_max: float) -> Signal:
+    """Return the reading of the sensor, varied by a share of the greatest force, N."""
+    told = "reading of the force sensor, > 0 where the disc presses onto the bead"
+    return Signal("N", told, -_READING_MAX, _READING_MAX, missing=True, spread=_SPREAD * force_max)
 
 
 @dataclass(frozen=True)

@@ -8,19 +8,18 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.codegen import Recipe
+from sdpgrind.codegen import Recipe, Role, Signal
 from sdpgrind.sdp.kernels import stage_told
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._look_up_kernels import next_pass_at
 
-_OUTPUTS = {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "gap": "$"}
-_MEANINGS = {
-    "height": "mean height of the bead above the base, mm to be ground off; < 0: ground into the base",
-    "duration": "time of the next pass; 0 with the status stop",
-    "feed_rate": "feed along the bead of the next pass; NaN with the status stop",
-    "normal_force": "force of the disc onto the bead of the next pass; NaN with the status stop",
-    "gap": "extra expected penalty of the best other duration, or of stopping; infinite where there is none",
-}
+_OUTPUTS = {
+    "duration": Signal("s", "time of the next pass; 0 with the status stop"),
+    "feed_rate": Signal("mm/s", "feed along the bead of the next pass; NaN with the status stop"),
+    "normal_force": Signal("N", "force of the disc onto the bead of the next pass; NaN with the status stop"),
+    "gap": Signal("$", "extra expected penalty of the best other duration, or of stopping; infinite where"
+                  " there is none"),
+}  # fmt: skip
 _TABLES = {
     "frame": "first row: length of a stage (s), stages, first and lowest slice, whether late ones have one,"
     " endless; second row, height: origin, spacing (mm), logarithmic, ends (mm), what is done beyond them",
@@ -35,40 +34,45 @@ _TABLES = {
     "durations": "duration of each move, s",
     "feeds": "feed of each move, mm/s",
 }
-_LEAST = -1e9  # chosen: mm; below the table grinding stops
 _ROUNDS = 2  # chosen: states in each cell in which the action changes
 
 
 def recipe_of(policy: Any, durations: list[float], feeds: list[float]) -> Recipe:
     """Return the recipe of a `SequencePolicy`, in mm, s, N and $."""
-    single, problem = _check(policy), policy.problem
-    times, late = stage_told(policy.table)
+    single = _check(policy)
     law = (*single.arrays, np.array(durations), np.array(feeds))
     return Recipe(
         "bead",
         next_pass_at,
-        {"height": "mm", "time_left": "s"},
+        _inputs(policy),
         _OUTPUTS,
         law=law,
-        ranges={
-            "height": (_LEAST, float(policy.table.layout.axes[0].high)),
-            "time_left": times,
-        },
-        meanings={**_MEANINGS, "time_left": "; ".join(filter(None, ["time to the deadline", late]))},
         tables=_TABLES,
         status=("next pass", "stop"),
         equations="Brown (2012): expected penalty-to-go by dynamic programming; the action of the table.",
         vectors=_States(policy, single.arrays[6]).chains,
-        spread=(0.5 * float(policy.table.layout.axes[0].high), 0.5 * float(problem.horizon)),
         kind="SequencePolicy",
-        stands_for="SequenceController",
-        tier="sequence",
-        job=problem.job,
-        answer=_command,
-        report=partial(_expected, policy),
-        reports={"penalty": "$", "mean_cut": "mm", "gap": "$"},
-        commands={"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""},
+        role=Role(
+            commands={"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""},
+            answer=_command,
+            report=partial(_expected, policy),
+            reports={"penalty": "$", "mean_cut": "mm", "gap": "$"},
+            stands_for="SequenceController",
+            tier="sequence",
+            job=policy.problem.job,
+        ),
     )
+
+
+def _inputs(policy: Any) -> dict[str, Signal]:
+    """Return height (mm) and time (s) of states that have an answer; below the table grinding stops."""
+    high, (times, late) = float(policy.table.layout.axes[0].high), stage_told(policy.table)
+    height = "mean height of the bead above the base, mm to be ground off; < 0: ground into the base"
+    left = "; ".join(filter(None, ["time to the deadline", late]))
+    return {
+        "height": Signal("mm", height, high=high, spread=0.5 * high),
+        "time_left": Signal("s", left, *times, spread=0.5 * float(policy.problem.horizon)),
+    }
 
 
 def _check(policy: Any) -> Any:

@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from sdpgrind.codegen import Recipe, TablesAsked
+from sdpgrind.codegen import Recipe, Signal, TablesAsked
 from sdpgrind.sdp.kernels import small_tables
 from sdpgrind.weldbead.sequence._look_up_kernels import next_pass_small_at, next_pass_told_at
 from sdpgrind.weldbead.sequence._recipe import recipe_of
 
 _PASS = ("duration", "feed_rate", "normal_force")
 _TOLD = ("gap", "value")
-_VALUE = "expected penalty-to-go; NaN below the base, and late where the plan keeps no stage of its own"
+_VALUE = Signal(
+    "$", "expected penalty-to-go; NaN below the base, and late where the plan keeps no stage of its own"
+)
 _TABLES = {
     "table_frame": "first row: length of a stage (s), stages, first and lowest slice, whether late ones have"
     " one, endless; second row, height: origin, spacing (mm), logarithmic, ends (mm), what is done beyond",
@@ -41,15 +43,12 @@ def small_recipe_of(policy: Any, durations: list[float], feeds: list[float], ask
     usual = recipe_of(policy, durations, feeds)
     told = asked.told(_PASS, _TOLD, ("gap",))
     small, notes = small_tables(policy.table, asked.precision, asked.lost_max, told)
-    outputs = {**usual.outputs, "value": "$"}
-    outputs = {name: outputs[name] for name in (*_PASS, *told)}
-    meanings = {**usual.meanings, "value": _VALUE}
+    outputs = {**usual.outputs, "value": _VALUE}
     return replace(
         usual,
         step=next_pass_told_at if told else next_pass_small_at,
-        outputs=outputs,
+        outputs={name: outputs[name] for name in (*_PASS, *told)},
         law=(*small.law, np.array(durations), np.array(feeds)),
-        meanings={name: meanings[name] for name in (*usual.inputs, *outputs) if name in meanings},
         tables={**usual.tables, **_TABLES},
         notes=notes,
     )
