@@ -250,8 +250,31 @@ def functions(state, x, y, out):
     return 0
 
 
+@compiled(error_model="numpy")
+def seldom(state, x, y, out):
+    """Arrays unpacked, slices to ends that are computed, conditions that need statements before them."""
+    row = np.zeros(2)
+    row[0], row[1] = x, -y
+    a, b = row
+    width: float = +a - (+b)
+    place = int(abs(x)) % 3
+    behind = WEIGHTS[place:]
+    out[0], out[1] = width, behind[0] + 10.0 * behind.ndim
+    state[0], turns = min(abs(x), 9.0), 0
+    while _bumped(state, -0.75) > 0.5:  # at most 16
+        turns += 1
+    out[2] = state[0] + turns
+    short = np.zeros(3, dtype=np.int16)
+    for k in range(3):
+        short[k] = place * k - 1
+    out[3] = short[place] + 2**COUNT + min(COUNT, WHERE, 5) + 10 * max(WHERE, COUNT)
+    out[4] = 1.0 if bool(place) and bool(y) else 0.0
+    return place
+
+
 ALL = (
-    arithmetic, whole_numbers, remainders, extremes, truths, calls, sequences, loops, views, records, functions,
+    arithmetic, whole_numbers, remainders, extremes, truths, calls, sequences, loops, views, seldom, records,
+    functions,
 )  # fmt: skip
 
 

@@ -13,6 +13,9 @@ from sdpgrind.codegen import Recipe, Signal
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 OUTPUTS = {f"out{k}": "" for k in range(7)}
+WHOLE = (
+    kernels.whole_numbers, kernels.calls, kernels.views, kernels.seldom, kernels.loops, kernels.constants,
+)  # fmt: skip
 SPECIAL = (0.0, -0.0, 1.0, -1.0, 0.5, 2.0, -3.5, 7.0, -7.0, np.nan, np.inf, -np.inf, 1e-310)
 
 
@@ -28,7 +31,7 @@ def finite(rng, count):
 
 
 def recipe(kernel, **more):
-    whole = kernel in (kernels.whole_numbers, kernels.calls, kernels.views, kernels.loops, kernels.constants)
+    whole = kernel in WHOLE
     inputs = dict.fromkeys("xy", Signal() if whole else Signal(low=-np.inf, high=np.inf, missing=True))
     vectors = finite if whole else numbers
     return Recipe(
