@@ -93,19 +93,23 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="hwsim", description="Run controllers on simulated machines.")
+    parser = _Parser(
+        prog="hwsim",
+        description="Plan grinding and centering jobs, run them on simulated or real machines, and check what"
+        " they wrote. hwsim COMMAND --help says more.",
+    )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
-    areas = parser.add_subparsers(title="areas", required=True, metavar="AREA")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    add_demo(commands)
     known = [import_module(module).AREA for module in _AREAS]
     for area in known:
-        add_to(areas, area)
+        add_to(commands, area)
     named = {area.name: area for area in known}
-    add_demo(areas)
-    add_roundness(areas)
-    add_keys(areas)
-    add_warm(areas, named, parser.parse_args)
-    add_verify(areas, named, parser.parse_args)
-    add_export(areas)
+    add_roundness(commands)
+    add_keys(commands)
+    add_warm(commands, named, parser.parse_args)
+    add_verify(commands, named, parser.parse_args)
+    add_export(commands)
     return parser
 
 

@@ -94,14 +94,74 @@ def test_a_verb_that_goes_back_is_held():
     assert told == [(0.5, "a"), (0.5, "b"), (0.5, "c")]
 
 
-def test_a_long_step_is_repeated_in_a_pipe():
-    stream = io.StringIO()
+class Clock:
+    """Time that passes where the test says so; `busy`: seconds by the wall in one of CPU time."""
+
+    def __init__(self, monkeypatch, busy):
+        self.cpu, self.busy = 0.0, busy
+        monkeypatch.setattr(progress.time, "process_time", lambda: self.cpu)
+        monkeypatch.setattr(progress.time, "monotonic", lambda: self.busy * self.cpu)
+        monkeypatch.setattr(progress, "compile_time", progress.CompileTime())
+
+
+def test_a_long_step_is_repeated_in_a_pipe(monkeypatch):
+    stream, clock = io.StringIO(), Clock(monkeypatch, 1.0)
     with Speaker(stream, every=0.001) as line:
+        clock.cpu = 2.0
         line(0.25, "solving")
         while stream.getvalue().count("solving") < 3:  # a single long step
             time.sleep(0.001)
-    lines = stream.getvalue().splitlines()
-    assert lines[-1].startswith(" 25 % solving; about ") and lines[-1].endswith(" s to go")
+    assert stream.getvalue().splitlines()[-1] == " 25 % solving; about 6 s to go"
+
+
+def shares_and_times_left(clock, line, compiling=9):
+    """Lines each second: a third of the work, compiling, the rest of the work; it takes 9 s by itself."""
+    told = []
+    for second in range(1, 9 + compiling):
+        clock.cpu = float(second)
+        if second == 3:
+            progress.compile_time.begin()
+        if second == 3 + compiling:
+            progress.compile_time.end()
+        line((second if second < 3 else 3 if second < 3 + compiling else second - compiling) / 9, "work")
+        share, _, left = line.line().partition(" % work")
+        told.append((float(share), float(left.removeprefix("; about ").removesuffix(" s to go") or "nan")))
+    return told
+
+
+@pytest.mark.parametrize("busy", [1.0, 3.0])
+def test_known_compiling_has_its_part_of_the_share(monkeypatch, busy):
+    clock = Clock(monkeypatch, busy)
+    told = shares_and_times_left(clock, Speaker(io.StringIO(), shown=False, known=(9.0, 9.0)))
+    for second, (share, left) in enumerate(told, 1):
+        assert share == pytest.approx(100 * second / 18, abs=0.5)
+        assert left == pytest.approx(busy * (18 - second), abs=0.5)
+
+
+@pytest.mark.parametrize("foretold", [6.0, 18.0])
+def test_shares_never_fall_where_compiling_takes_longer_or_shorter_than_foretold(monkeypatch, foretold):
+    clock = Clock(monkeypatch, 1.0)
+    told = shares_and_times_left(clock, Speaker(io.StringIO(), shown=False, known=(9.0, foretold)))
+    (shares, left) = zip(*told, strict=True)
+    assert list(shares) == sorted(shares) and list(left) == sorted(left, reverse=True)
+
+
+def test_the_time_left_counts_down_in_a_step_without_news_and_is_not_told_once_it_is_over(monkeypatch):
+    clock, line = Clock(monkeypatch, 1.0), Speaker(io.StringIO(), shown=False)
+    clock.cpu = 2.0
+    line(0.4, "work")
+    told = []
+    for second in (2.0, 3.0, 4.0, 5.0, 9.0):
+        clock.cpu = second
+        told.append(line.line().removeprefix(" 40 % work"))
+    assert told == ["; about 3 s to go", "; about 2 s to go", "; about 1 s to go", "", ""]
+
+
+def test_unknown_compiling_moves_no_time_left_and_tells_none(monkeypatch):
+    clock = Clock(monkeypatch, 1.0)
+    told = shares_and_times_left(clock, Speaker(io.StringIO(), shown=False))
+    assert [left for _, left in told[:2]] == [8.0, 7.0] and all(left != left for _, left in told[2:11])
+    assert [left for _, left in told[11:]] == [6.0, 5.0, 4.0, 3.0, 2.0, 1.0]
 
 
 @progress.reporting
@@ -153,15 +213,17 @@ def test_the_logger_silences_what_nobody_asked_for(monkeypatch):
 def test_progress_true_is_heard_in_a_pipe():
     code = """
 import time, sdpgrind.base.progress as p
-p.EVERY = 0.05
+p.EVERY, clock = 0.05, [0.0]
+time.process_time = time.monotonic = lambda: clock[0]
 @p.quiet
 def verb(*, progress=None):
+    clock[0] = 2.0
     progress(0.5, "halfway")
     time.sleep(0.3)
 verb(progress=True)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "" and " 50 % halfway; about " in done.stderr and "\r" not in done.stderr
+    assert done.stdout == "" and " 50 % halfway; about 2 s to go" in done.stderr and "\r" not in done.stderr
 
 
 @pytest.mark.parametrize("wrong", [3, "yes", False])
@@ -223,20 +285,27 @@ def test_the_table_has_every_command_and_kernels_that_are_there():
         assert f"def {kernel}(" in (Path(sdpgrind.__file__).parents[1] / path).read_text(), name
 
 
-def test_the_first_line_says_what_is_done_and_how_long(tmp_path, monkeypatch):
+def test_the_first_line_says_what_is_done_and_how_long(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     row = times.Times(12.0, 1.2, 3.0, 25.0, times.TIMES["weldbead"].kernel)
     monkeypatch.setattr(times, "TIMES", {"weldbead": row})
     given = arguments("weldbead --preset P1")
     outlook = times.Outlook.of("weldbead", given, 20, "policy.nc")
-    assert outlook.line("20 beads").startswith(
-        "about plan 12 s, 20 beads 24 s, the rest 3 s, first time on this machine + 25 s to compile"
+    assert outlook.line(20, "bead") == (
+        "planning takes about 12 s, 20 beads about 24 s, the rest about 3 s; "
+        "compiling, once on this machine, about 25 s more"
     )
     planned = times.Outlook.of("weldbead", given, 0, "policy.nc")
-    assert planned.line("0 beads") == "about plan 12 s, the rest 3 s (times of the example)"
+    assert planned.line(0, "bead") == "planning takes about 12 s, the rest about 3 s"
     (tmp_path / "_plant_0").mkdir()
     (tmp_path / "_plant_0" / "force_table_kernels.sample-0.py311.nbi").write_text("")
     (tmp_path / "policy.nc").write_text("")
     kept = argparse.Namespace(**{**vars(given), "out": tmp_path})
-    assert times.Outlook.of("weldbead", kept, 20, "policy.nc") == (0.0, 24.0, 3.0, 0.0)
+    followed = times.Outlook.of("weldbead", kept, 20, "policy.nc")
+    assert followed == (0.0, 24.0, 3.0, 0.0)
+    assert followed.line(20, "bead") == "20 beads take about 24 s, the rest about 3 s"
+    monkeypatch.setattr(times, "TIMES", {"weldbead": row._replace(part=0.0, rest=0.0)})
+    times.Outlook.of("weldbead", kept, 20, "policy.nc").foretell(20, "bead")
+    assert capsys.readouterr() == ("", "")  # a plan that is kept was all that was known
+    assert followed.line(1, "bead") == "1 bead takes about 24 s, the rest about 3 s"
     assert times.Outlook.of("milling", given, 20, "policy.nc") is None

@@ -4,7 +4,7 @@ import re
 
 SHARE = r"[ \d]{3} % .*\n"  # of a command that a busy machine takes more than 9 s for
 NEWS = re.compile(
-    r"hwsim: about .*\(times of the example\)\n"
+    r"hwsim: .* takes? (about|less than) \d+ s.*\n"
     r"|hwsim: (planning|searching a placement of the work|running \d+ \w+( twice)?|planning and running .*) \.\.\.\n"
     rf"|{SHARE}"
 )

@@ -238,7 +238,10 @@ def test_the_picture_of_the_worst_parts_names_the_part_it_shows(page, ground, no
     pictures = re.findall(r"<svg\b.*?</svg>", text, re.S)
     shown = {"Part": f"Part {worst[0]}", "Parts": f"Parts {', '.join(map(str, worst[::-1]))}"}[noun]
     assert f">{shown}<" in pictures[0] and "The last part" not in text
-    assert f"The 3 worst parts, worst last: {', '.join(map(str, worst[::-1]))}" in text
+    assert (
+        f"The 3 worst parts (by time, then part slack), worst last: {', '.join(map(str, worst[::-1]))}"
+        in text
+    )
     assert f">Part {len(ground) - 1}, the last<" in pictures[1]
 
 

@@ -304,7 +304,7 @@ def test_a_reader_that_has_had_enough(finished, tmp_path):
     )
     process.stdout.close()
     first, *news = without_shares(process.stderr.read())
-    assert first.startswith("hwsim: about 3 beads ") and news == ["hwsim: running 3 beads ..."]
+    assert first.startswith("hwsim: 3 beads take ") and news == ["hwsim: running 3 beads ..."]
     assert process.wait() == 0
     process.stderr.close()
     assert len(sdpgrind.load(out / "run.nc")) == 3

@@ -430,6 +430,19 @@ def test_faulty_readings_of_the_contact(what):
         assert not fit.ok and reason in fit.message
 
 
+@pytest.mark.parametrize("what", ["time_constant", "contact_zero", "wear_flat_area"])
+def test_two_parts_in_one_series_are_told_and_a_gauge_that_retreats_is_none(what):
+    """Taken as one part, the power of both gives a wear flat area, and a wrong one."""
+    data = ground(NOMINAL, sd=5e-4)
+    both = {name: np.concatenate([values, values]) for name, values in data.items()}
+    both["time"] = np.concatenate([data["time"], data["time"] + data["time"][-1] + 0.5])
+    told = plunge.identify(both, what, problem=NOMINAL, throw=False)
+    assert not told.ok and told.message.endswith('of another part? Log.read takes its column, part="header"')
+    data["size"][-3:] = 0.0
+    told = plunge.identify(data, what, problem=NOMINAL, throw=False)
+    assert told.ok == (what == "wear_flat_area") and "another part" not in told.message
+
+
 def test_a_gauge_in_steps_is_not_frozen():
     """1 um steps, in a spark-out in which many readings are equal."""
     data = ground(NOMINAL, sd=5e-4)

@@ -110,6 +110,11 @@ def least_of(name: str) -> float:
     return 0.0 if name in _MAGNITUDES else -np.inf
 
 
+def telling(log: Any, names: tuple[str, ...]) -> list[str]:
+    """Return the charged outcomes by which parts differ, in the order in which they count."""
+    return [name for name in names if worst_part(name, values_of(log, name)) is not None]
+
+
 def worst_parts(log: Any, names: tuple[str, ...], count: int) -> list[int]:
     """Return the worst parts, worst first: broken off, then scrap, then by the charged outcomes that differ.
 
@@ -117,8 +122,7 @@ def worst_parts(log: Any, names: tuple[str, ...], count: int) -> list[int]:
     """
     broken = np.array([bool(each) for each in broken_off(log.outcome)])
     scrap = np.sum([log.outcome[name].values > 0 for name in _SCRAP if name in log.outcome], axis=0)
-    values = {name: values_of(log, name) for name in names}
-    ranks = [badness(name, known) for name, known in values.items() if worst_part(name, known) is not None]
+    ranks = [badness(name, values_of(log, name)) for name in telling(log, names)]
     keys = [-np.nan_to_num(rank, nan=-np.inf) for rank in reversed(ranks)]  # the last key counts most
     order = np.lexsort((*keys, -scrap * np.ones(len(log)), ~broken))
     return [int(k) for k in order[:count]]

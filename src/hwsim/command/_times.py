@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import sdpgrind
+from sdpgrind.base.brief import counted
 
 
 class Times(NamedTuple):
@@ -73,12 +74,28 @@ class Outlook(NamedTuple):
         compiling = 0.0 if times.on_disk or not parts else times.compiling
         return cls(0.0 if kept else times.plan, times.part * parts, times.rest, compiling)
 
-    def line(self, parts: str) -> str:
-        """Return the first line of a command; `parts` is as in "20 beads"."""
-        told = [("plan", self.plan), (parts, self.run), ("the rest", self.rest)]
-        steps = ", ".join(f"{word} {_seconds(time)}" for word, time in told if time > 0)
-        first = f", first time on this machine + {_seconds(self.compiling)} to compile"
-        return f"about {steps}{first if self.compiling else ''} (times of the example)"
+    @classmethod
+    def alone(cls, name: str) -> "Outlook":
+        """Look ahead for a command that has no plan and no parts of its own."""
+        times = TIMES[name]
+        return cls(0.0, 0.0, times.rest, 0.0 if times.on_disk else times.compiling)
+
+    def foretell(self, parts: int = 0, part: str = "part") -> None:
+        """Print the first line of a command on standard error; of nothing known there is none."""
+        if not self.whole:
+            return
+        known = " (measured on the example)" if self.plan or self.run else ""
+        print(f"hwsim: {self.line(parts, part)}{known}", file=sys.stderr, flush=True)
+
+    def line(self, parts: int = 0, part: str = "part") -> str:
+        """Return the time to come in words; `part` is what one of `parts` is called."""
+        run = (counted(parts, part), "takes" if parts == 1 else "take", self.run)
+        told = [("planning", "takes", self.plan), run, ("the rest", "takes", self.rest)]
+        steps = [(what, verb, _seconds(time)) for what, verb, time in told if time > 0]
+        what, verb, time = steps[0] if len(steps) > 1 else ("this", "takes", steps[0][2])
+        words = [f"{what} {verb} {time}", *(f"{what} {time}" for what, _, time in steps[1:])]
+        compiling = f"; compiling, once on this machine, {_seconds(self.compiling)} more"
+        return ", ".join(words) + (compiling if self.compiling else "")
 
     def ends(self) -> tuple[float, float]:
         """Return the shares of the whole at which the plan and the run end."""
@@ -97,7 +114,7 @@ UNKNOWN = Outlook(1.0, 1.0, 0.2, 0.0)
 
 
 def _seconds(time: float) -> str:
-    return f"{max(1, round(time))} s"
+    return f"about {round(time)} s" if time >= 1 else "less than 1 s"
 
 
 def _kept(source: Path, name: str) -> Iterator[Path]:

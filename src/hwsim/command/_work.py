@@ -66,8 +66,8 @@ def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
     outlook = _foretold(area, arguments) if simulated else UNKNOWN
     live = getattr(arguments, "live", False)  # it draws on the terminal
     still = live or arguments.serve is not None  # a server has no end that could be told
-    known = 0.0 if outlook is UNKNOWN else outlook.whole
-    shown = Speaker(shown=not still, whole=known)
+    known = (0.0, 0.0) if outlook is UNKNOWN else (outlook.whole, outlook.compiling)
+    shown = Speaker(shown=not still, known=known)
     with shown as line, reported(None if still else line, lambda: silent) as told:
         arguments.plan_progress = portion(told, 0.0, outlook.ends()[0])
         arguments.run_progress = portion(told, *outlook.ends())
@@ -83,7 +83,7 @@ def _foretold(area: AreaCommand, arguments: argparse.Namespace) -> Outlook:
     given = [each for each in (arguments.problem, arguments.preset, arguments.plan) if each is not None]
     there = arguments.problem is None or arguments.problem.exists()
     if outlook is not None and given and there:
-        print(f"hwsim: {outlook.line(counted(parts, area.part))}", file=sys.stderr, flush=True)
+        outlook.foretell(parts, area.part)
     return UNKNOWN if outlook is None else outlook
 
 
@@ -138,6 +138,7 @@ def _ran(
     from hwsim._report.releases import missed_releases
 
     log, stopped = _run(area, job, plan, stage, folder, arguments)
+    arguments.run_progress(1.0, "pictures and report")
     status = _status(log) if stopped is None else ended(stopped)  # before pictures: is the machine safe?
     kept = [] if folder is None else _kept(area, arguments, folder, title, log, plan)
     text = area.report(title, log, plan, job)

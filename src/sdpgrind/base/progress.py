@@ -109,11 +109,40 @@ class UnaskedLine:
                 self._due = time.monotonic() + EVERY
 
 
+class CompileTime:
+    """CPU time (s) that compiling beside the work took in this process so far."""
+
+    def __init__(self) -> None:
+        self._ended, self._begin = 0.0, -1.0
+
+    def begin(self) -> None:
+        """Note that compiling begins."""
+        self._begin = time.process_time()
+
+    def end(self) -> None:
+        """Note that compiling ends."""
+        self._ended, self._begin = self.spent, -1.0
+
+    @property
+    def under_way(self) -> bool:
+        """Whether something is being compiled now."""
+        return self._begin >= 0
+
+    @property
+    def spent(self) -> float:
+        """Time so far, s."""
+        return self._ended + (time.process_time() - self._begin if self.under_way else 0.0)
+
+
+compile_time = CompileTime()
+
+
 class Speaker:
     """A line with share, work and seconds left: redrawn on a terminal, printed every few seconds elsewhere.
 
     A thread repeats it in a long step, so that there is no silence; `every`: seconds between two lines;
-    `shown`: False for none; `whole`: CPU time (s) that the work is known to take, 0: unknown.
+    `shown`: False for none; `known`: CPU times (s) that the work and compiling for it are known to take, 0:
+    unknown. Known compiling has its part of the share; unknown compiling moves neither share nor time left.
     """
 
     def __init__(
@@ -122,15 +151,16 @@ class Speaker:
         every: float | None = None,
         *,
         shown: bool = True,
-        whole: float = 0.0,
+        known: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         self._stream = stream if stream is not None else sys.stderr
         self._terminal = self._stream.isatty()
         self._every = every if every is not None else _REDRAW if self._terminal else EVERY
         self.spoken = -math.inf  # time of the last line, s
         self._patience = self._every  # s until the first line
-        self._begin, self._share, self._text, self._whole = time.monotonic(), 0.0, "begun", whole
-        self._used = time.process_time()
+        self._share, self._text, (self._whole, self._compiling) = 0.0, "starting", known
+        self._begin, self._before = time.monotonic(), (time.process_time(), compile_time.spent)
+        self._at_news = 0.0  # CPU time of the work when the share last changed, s
         self._shown, self._ended = shown, threading.Event()
         self._thread = threading.Thread(target=self._repeat, daemon=True)
 
@@ -148,24 +178,40 @@ class Speaker:
 
     def __call__(self, share: float, text: str) -> None:
         """Set `share` (0..1) and `text`."""
+        if share != self._share:
+            self._at_news = self._worked()
         self._share, self._text = share, text
 
+    def _compiled(self) -> float:
+        return compile_time.spent - self._before[1]
+
+    def _worked(self) -> float:
+        """CPU time without compiling, s."""
+        return time.process_time() - self._before[0] - self._compiled()
+
     def line(self) -> str:
-        """Return the line: share, work, and the time left."""
-        left = f"; about {self._left():.0f} s to go" if _LEAST <= self._share < 1 else ""
-        return f"{100 * self._share:3.0f} % {self._text}{left}"
+        """Return the line: share, work, and the time left where it can be told."""
+        share, known = self._share, self._compiling
+        if known and share < 1:
+            share = (share * self._whole + min(self._compiled(), known)) / (self._whole + known)
+        told = _LEAST <= share < 1 and (known or not compile_time.under_way)
+        seconds = round(self._left()) if told else 0
+        left = f"; about {seconds} s to go" if seconds else ""
+        return f"{100 * share:3.0f} % {self._text}{left}"
 
     def _left(self) -> float:
-        """Time left, s, by what was needed so far; early on by the known time, on a machine as busy as now.
+        """Time left, s, by what was needed until the last news; early on by the known times.
 
-        Imports and compiling are no part of the share: 14 s left were told as 95 s.
+        It counts down in a step without news, to 0 where that takes longer than expected. On a machine as
+        busy as now. Imports and compiling are no part of the share: 14 s left were told as 95 s.
         """
-        share, spent = self._share, time.monotonic() - self._begin
-        by_share = spent * (1 / share - 1)
-        busy = max(1.0, spent / max(time.process_time() - self._used, 1e-3))
-        return share * by_share + (1 - share) * (
-            (1 - share) * self._whole * busy if self._whole else by_share
-        )
+        share, worked, compiled = self._share, self._worked(), self._compiled()
+        pace = (time.monotonic() - self._begin) / max(worked + compiled, 1e-3)
+        left = pace * self._at_news * (1 / share - 1) if share else 0.0
+        if self._whole:
+            left = share * left + (1 - share) ** 2 * self._whole * max(1.0, pace)
+        left = max(left - pace * (worked - self._at_news), 0.0)
+        return left + max(1.0, pace) * max(self._compiling - compiled, 0.0)
 
     def _repeat(self) -> None:
         wait = self._patience

@@ -1,7 +1,7 @@
 """Noise that scales the covariance of a fit, from residuals (correlated or not) and prior knowledge."""
 
 from math import inf, pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from sdpgrind.base.checks import Floats
 SHARED = 0.5  # chosen: largest share of different values among readings of a probe with steps
 ON_STEPS = 1e-3  # chosen: relative deviation from whole steps up to which readings lie on a grid
 TURN = 2 * pi
+ROUNDING = 1e-6  # chosen: share of a turn that is rounding of the angles
 
 
 class Travel(NamedTuple):
@@ -42,6 +43,14 @@ def travel_of(angle: Floats) -> Travel:
     return Travel(
         order, covered, turns if turns >= 1 - 1e-6 and covered > 0.99 * (line[-1] - line[0]) else 0.0
     )
+
+
+def turns_of(angle: Floats) -> tuple[Any, int]:
+    """Number of the turn of each reading, along the travel, and number of whole turns."""
+    way = kernels.travelled(angle)
+    way -= way.min()
+    span = way.max() * (1 + 1 / max(way.size - 1, 1))  # with the step after the last reading
+    return np.floor(way / TURN + ROUNDING).astype(int), int(span / TURN + ROUNDING)
 
 
 def seen_noise(

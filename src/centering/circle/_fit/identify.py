@@ -10,15 +10,19 @@ import numpy as np
 from centering.circle._fit.arguments import enough_angles, noise_of, readings
 from centering.circle._fit.estimate import NAMES, CircleEstimate
 from centering.circle._fit.fit import CONDITION, fit_circle
-from centering.circle._fit.fit_noise import Seen, Travel, seen_noise, step_noise, travel_of
+from centering.circle._fit.fit_noise import Seen, Travel, seen_noise, step_noise, travel_of, turns_of
 from centering.circle._fit.limacon import MEARS, corrected_radius, limacon_bias, limacon_columns, whole_turns
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.doubts.words import amount
+from sdpgrind.base.warned import warn
 from sdpgrind.identify import Status
 
 METHODS = ("exact", "limacon", "printed")
 NEAR = 0.01  # chosen: offset over radius above which the bias of a limacon over an arc is worth a warning
+_SIGMAS = 5.0  # chosen: by Gaussian noise turns of one part differ so once in some 300 000 scans
+_EXACT = 1e-9  # chosen: difference over the radius that is rounding
 _UNITS = {"angle": "rad", "reading": "mm"}
 
 
@@ -76,7 +80,7 @@ def identify_circle(
     -----
     UserWarning
         When a limacon is fitted to less than whole even turns of a circle offset by more than 0.01 radius:
-        with the bias, mm.
+        with the bias, mm. When turns of a log show different centres, as of two parts.
 
     Examples
     --------
@@ -89,7 +93,7 @@ def identify_circle(
     limacon 58.981 26.4
     printed 61.753 26.4
     """
-    angle, reading = _pair(data, part)
+    angle, reading = _pair(data, part, turns)
     if checks.one_of("method", method, METHODS) == "exact":
         known: dict[str, Any] = {"radius_prior": radius_prior, "noise_sd": noise_sd, "harmonics": harmonics}
         return fit_circle(angle, reading, tip_radius=tip_radius, loss=loss, turns=turns, throw=throw, **known)
@@ -111,7 +115,7 @@ def identify_circle(
     return fitted
 
 
-def _pair(data: Any, part: int | None) -> tuple[Any, Any]:
+def _pair(data: Any, part: int | None, turns: float | None) -> tuple[Any, Any]:
     """Angle and reading from any of the accepted data."""
     if isinstance(data, tuple | list | np.ndarray):
         if len(data) != 2:
@@ -126,7 +130,32 @@ def _pair(data: Any, part: int | None) -> tuple[Any, Any]:
     if len(of_parts) != 1:
         held = ", ".join(one.label for one in of_parts) or "none"
         raise ValueError(f"part must say which part (unit 1); data hold {held}")
-    return _read(of_parts[0]["angle"], of_parts[0]["reading"])
+    kept = _read(of_parts[0]["angle"], of_parts[0]["reading"])
+    if told := unlike_turns(*kept, turns):
+        warn(told)
+    return kept
+
+
+def unlike_turns(angle: Any, reading: Any, turns: float | None = None) -> str:
+    """Sentence on whole turns whose circles differ, as of two parts in one scan; empty: they agree."""
+    angle, reading = readings(angle, reading, turns)
+    turn, whole = turns_of(angle)
+    each = sorted({0, whole // 2, whole - 1}) if whole > 1 else []
+    seen = [fit_circle(angle[turn == k], reading[turn == k], turns=2.0, throw=False) for k in each]
+    for one, first in ((circle, seen[0]) for circle in seen[1:]):
+        apart = hypot(one.center_x - first.center_x, one.center_y - first.center_y)
+        larger = abs(one.radius - first.radius)
+        for what, off, sd in (
+            ("centre", apart, hypot(one.center_sd, first.center_sd)),
+            ("radius", larger, hypot(one.radius_sd, first.radius_sd)),
+        ):
+            if off > max(_SIGMAS * sd, _EXACT * first.radius):
+                told = f"the {what} differs by {amount(off, 'mm', 3)} from turn to turn"
+                return (
+                    f"{told}, by more than {_SIGMAS:g} standard deviations; of another part? Log.read takes"
+                    ' its column, part="header"'
+                )
+    return ""
 
 
 def _read(angle: Any, reading: Any) -> tuple[Any, Any]:

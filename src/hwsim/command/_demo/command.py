@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from hwsim.command._times import TIMES
-from hwsim.command._work import announce
+from hwsim.command._times import Outlook
 
 BORE = Path(__file__).with_name("bore.csv")
 PARTS = 5  # chosen: enough to see that parts differ, in a tenth of a second
-_NEXT = ("", "what it says about the machine", "the fastest cycle", "simulated parts and the report", "done")
-_STEPS = len(_NEXT) - 1
+_NEXT = ("what it says about the machine", "the fastest cycle", "simulated parts and the report", "done")
+_ENDS = (0.25, 0.5, 0.55, 1.0)  # measured: shares of the CPU time of a warm run at which the steps end
 _COLUMNS: dict[str, Any] = {"time": "t", "size": "X", "command_rate": "v", "grinding_power": "P"}
 
 
@@ -32,19 +31,18 @@ def add_demo(subparsers: Any) -> None:
 
 def work(arguments: argparse.Namespace) -> int:
     """Carry out the command and return the exit status 0."""
-    times = TIMES["demo"]
-    first = "" if times.on_disk else f", first time on this machine + {times.compiling:.0f} s to compile"
-    announce(f"about {times.rest:.0f} s{first}")
+    outlook = Outlook.alone("demo")
+    outlook.foretell()
     out = arguments.out
     if out.exists() and not out.is_dir():
         raise ValueError(f"--out must be a folder; {out} is a file")
     out.mkdir(parents=True, exist_ok=True)
     from sdpgrind.base.progress import Speaker, reported
 
-    with Speaker() as line, reported(line) as tell:
-        for done, text in enumerate(_steps(out), 1):
+    with Speaker(known=(outlook.whole, outlook.compiling)) as line, reported(line) as tell:
+        for end, text, following in zip(_ENDS, _steps(out), _NEXT, strict=True):
             print(text, flush=True)
-            tell(done / _STEPS, _NEXT[done])
+            tell(end, following)
     return 0
 
 

@@ -7,8 +7,7 @@ from typing import Any
 from hwsim.command._roundness import options
 from hwsim.command._roundness.facts import Facts
 from hwsim.command._roundness.terms import spoken
-from hwsim.command._times import TIMES
-from hwsim.command._work import announce
+from hwsim.command._times import Outlook
 
 NOT_ACCEPTED = 1  # exit status where a limit is not known to be kept; chosen: 2 is wrong input
 _UNFILTERED, _UPR = "none", 50
@@ -81,9 +80,7 @@ def add_roundness(subparsers: Any) -> None:
 
 def work(arguments: argparse.Namespace) -> int:
     """Carry out the command and return the exit status: 0, or 1 where a limit is not known to be kept."""
-    times = TIMES["roundness"]
-    first = "" if times.on_disk else f", first time on this machine + {times.compiling:.0f} s to compile"
-    announce(f"about {times.rest:.0f} s{first}")
+    Outlook.alone("roundness").foretell()
     with spoken():
         return _carried_out(arguments)
 

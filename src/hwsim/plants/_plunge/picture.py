@@ -56,7 +56,7 @@ def _rates(axis: Any, last: dict[str, Floats], title: str) -> None:
     axis.step(time, UM * last["command_rate_command"], where="post", color="0.6", lw=1, label="command")
     if np.isfinite(last["infeed_rate_planned"]).any():
         axis.plot(
-            time, UM * last["infeed_rate_planned"], color=_FEED, label="infeed, as the controller has it"
+            time, UM * last["infeed_rate_planned"], color=_FEED, label="infeed, estimated by the controller"
         )
     _sections(axis, last)
     axis.set(ylabel="rate [µm/s]")

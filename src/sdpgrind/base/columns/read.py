@@ -60,7 +60,9 @@ def read(
     files, sheets = opened(data, rules)
     kept, notes = _with_columns(sheets, asked, rules)
     found = [taken(sheet, asked, when, of_part, rules) for sheet in kept]
-    return _whole(files, found, asked, rules, notes)
+    whole = _whole(files, found, asked, rules, notes)
+    unread = _unread(kept, [each for each in (*asked, when, of_part) if each is not None])
+    return whole._replace(source=dataclasses.replace(whole.source, unread=unread))
 
 
 def opened(data: Any, rules: Rules) -> tuple[list[FileNote], list[Sheet]]:
@@ -122,6 +124,13 @@ def _with_columns(sheets: list[Sheet], asked: list[Request], rules: Rules) -> tu
 
 def _holds(sheet: Sheet, request: Request) -> bool:
     return any(request.header in (each.header, each.name) for each in sheet.headings)
+
+
+def _unread(sheets: list[Sheet], asked: list[Request]) -> tuple[str, ...]:
+    """Headers that nobody asked for: a column of part numbers among them is soon seen."""
+    wanted = {request.header for request in asked}
+    heads = {each.header: each.name for sheet in sheets for each in sheet.headings if each.header}
+    return tuple(header for header, name in heads.items() if not wanted & {header, name})
 
 
 def _whole(

@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import json
+from collections.abc import Sequence
 from typing import Any, Self
 
 from sdpgrind.base import notebook
@@ -13,7 +14,8 @@ from sdpgrind.base.text_table import aligned
 _HEADS = ("column", "unit", "header", "recorded in", "from", "factor", "missing")
 _SIGNS = {"\t": "TAB", " ": "blanks"}
 _MOST_GAPS = 5  # chosen: more are counted, not listed
-_MOST_PARTS = 12  # chosen: words of parts in a line of some 110 letters; more are counted
+_MOST_WORDS = 12  # chosen: words of parts in a line of some 110 letters; more are counted
+_MOST_HEADS = 6  # chosen: headers with their units in such a line
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,6 +68,8 @@ class Source:
         What else was decided.
     labels : tuple of str
         Words of the file for the parts, as written; empty: the parts are numbers in order.
+    unread : tuple of str
+        Headers of the columns that were not asked for.
     """
 
     files: tuple[FileNote, ...]
@@ -77,6 +81,7 @@ class Source:
     commands_at: str = "begin"
     notes: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
 
     def to_json(self) -> str:
         """Return JSON that `from_json` reads."""
@@ -89,7 +94,7 @@ class Source:
         told["files"] = tuple(FileNote(**each) for each in told["files"])
         told["columns"] = tuple(ColumnNote(**each) for each in told["columns"])
         told["gaps"] = tuple((str(part), time, step) for part, time, step in told["gaps"])
-        texts = {name: tuple(told.get(name, ())) for name in ("notes", "labels")}
+        texts = {name: tuple(told.get(name, ())) for name in ("notes", "labels", "unread")}
         return cls(**told | texts)
 
     def __str__(self) -> str:
@@ -108,18 +113,18 @@ class Source:
             f" {counted(self.parts, 'part')}{held}"
         ]
         if self.labels:
-            told = ", ".join(self.labels[:_MOST_PARTS])
-            more = len(self.labels) - _MOST_PARTS
-            lines.append(f"parts: {told}" + (f" and {more} more" if more > 0 else ""))
+            lines.append(f"parts: {_first(self.labels, _MOST_WORDS)}")
         if self.gaps:
-            told = ", ".join(
-                f"{step:.4g} s at {time:.6g} s of part {part}" for part, time, step in self.gaps[:_MOST_GAPS]
-            )
-            more = len(self.gaps) - _MOST_GAPS
-            lines.append(
-                f"{counted(len(self.gaps), 'gap')}: {told}" + (f" and {more} more" if more > 0 else "")
-            )
+            told = [f"{step:.4g} s at {time:.6g} s of part {part}" for part, time, step in self.gaps]
+            lines.append(f"{counted(len(told), 'gap')}: {_first(told, _MOST_GAPS)}")
+        if self.unread:
+            lines.append(f"columns not asked for: {_first(self.unread, _MOST_HEADS)}")
         return [*lines, *self.notes]
+
+
+def _first(words: Sequence[str], most: int) -> str:
+    more = len(words) - most
+    return ", ".join(words[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def source_of(table: Any) -> Source | None:

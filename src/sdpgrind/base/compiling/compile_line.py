@@ -12,7 +12,7 @@ from typing import Any, TextIO
 
 from numba.core.event import Listener, register
 
-from sdpgrind.base.progress import Progress, Speaker, current, reported, unasked
+from sdpgrind.base.progress import Progress, Speaker, compile_time, current, reported, unasked
 
 _PATIENCE = 2.0  # silent compiling, s; chosen: a longer silence looks like a fault
 
@@ -42,8 +42,7 @@ class Compiling(Listener):
         self._progress: Progress | None = None
         self._first, self._expected = 0, 1  # kernels at the begin of the area's work, and in it
         self._depth = 0  # kernels compile those that they call
-        self._begin = self._spent = 0.0
-        self._spoken = -math.inf
+        self._before, self._spoken = compile_time.spent, -math.inf
         self._line: CompileLine | None = None
         self._closing = ExitStack()
 
@@ -90,16 +89,19 @@ class Compiling(Listener):
 
     def _open(self, kernel: Any) -> None:
         """Begin a line where nobody asked for progress; it is silent until one is due."""
-        self._begin, stream = time.monotonic(), unasked()
+        stream = unasked()
         self._area = self._name or _area(kernel)
+        if self._progress is None:  # else compiling is the work itself
+            compile_time.begin()
         alone = self._progress is None and current() is None
         if alone and _ours(kernel) and stream is not None:
-            self._line = CompileLine(stream, self._spent, self._spoken)
+            self._line = CompileLine(stream, compile_time.spent - self._before, self._spoken)
             self._line(0.0, self._text())
             self._closing.enter_context(self._line)
 
     def _close(self) -> None:
-        self._spent += time.monotonic() - self._begin
+        if compile_time.under_way:
+            compile_time.end()
         self._closing.close()
         if self._line is not None:
             self._spoken = max(self._spoken, self._line.spoken)

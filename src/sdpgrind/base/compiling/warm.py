@@ -14,7 +14,7 @@ HOMES = {
     "centering": "centering",
 }
 # measured: kernels that each first use compiles on an empty cache (benchmarks/times.py); shares follow them
-KERNELS = {"weldbead": 48, "plunge": 53, "locus": 93, "finishing": 62, "centering": 210}
+KERNELS = {"weldbead": 58, "plunge": 60, "locus": 102, "finishing": 98, "centering": 244}
 
 
 def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, int]:

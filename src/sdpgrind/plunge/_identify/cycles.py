@@ -16,7 +16,7 @@ from sdpgrind.base.checks import Floats
 MOVING = 10  # chosen: least number of readings of a moving size; fewer leave the variance unknown
 _STILL = 10  # chosen: equal readings in a row that count as a frozen gauge
 _SIGMAS = 5.0  # chosen: rejects one good Gaussian reading in 1.7 million
-_ANOTHER = 0.5  # chosen: share of the range of a size by which it jumps back where another part begins
+_ANOTHER = 0.5  # chosen: share of its range by which a size jumps back and grows again: of another part
 _QUANTITIES = {"command_rate": "mm/s", "size": "mm", "grinding_power": "W", "power_saturated": "1"}
 
 
@@ -106,17 +106,35 @@ def fault(cycle: Cycle) -> str:
         if before >= max(cycle.jitter, 3 * cycle.quantum):
             span = f"from {time[first]:.2f} to {time[last]:.2f} s"
             return f"the gauge stands still at {size[first]:.4f} mm {span} while the work is ground"
-    drops = np.diff(size)
-    if drops.size and drops.min() < -cycle.jitter:
-        k = int(np.argmin(drops))
-        size_of_it = f"the size jumps back by {-drops[k]:.4g} mm at {time[k + 1]:.2f} s"
-        told = f"{size_of_it}, more than {_SIGMAS:g} standard deviations of its noise"
-        another = -drops[k] > _ANOTHER * np.ptp(size)
-        return f'{told}; of another part? Log.read takes its column, part="header"' if another else told
+    if back := _jump_back(cycle):
+        return another_part(cycle) or back
     if (count := int(np.sum(cycle.moving))) < MOVING:
         few = f"{count} readings of a moving size are too few: at least {MOVING} are needed"
         return f"{few} ({cycle.missing} are missing)"
     return ""
+
+
+def another_part(cycle: Cycle) -> str:
+    """Reason why rows are those of more than one part; empty: nothing shows it."""
+    back = _jump_back(cycle)
+    if not back:
+        return ""
+    size = cycle.size[cycle.read]
+    after = int(np.argmin(np.diff(size))) + 1
+    least = _ANOTHER * np.ptp(size)
+    if size[after - 1] - size[after] <= least or size[after:].max() - size[after] <= least:
+        return ""  # a gauge that retreats at the end of a part does not come back
+    return f'{back}; of another part? Log.read takes its column, part="header"'
+
+
+def _jump_back(cycle: Cycle) -> str:
+    """Greatest jump of the size to a smaller one, in words; empty: noise explains it."""
+    drops = np.diff(cycle.size[cycle.read])
+    if not drops.size or drops.min() >= -cycle.jitter:
+        return ""
+    k = int(np.argmin(drops))
+    size_of_it = f"the size jumps back by {-drops[k]:.4g} mm at {cycle.time[cycle.read][k + 1]:.2f} s"
+    return f"{size_of_it}, more than {_SIGMAS:g} standard deviations of its noise"
 
 
 def _runs(size: Floats) -> list[tuple[int, int]]:

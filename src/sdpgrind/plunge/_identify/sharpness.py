@@ -9,7 +9,7 @@ import numpy.typing as npt
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._identify.contact import course, fitted
-from sdpgrind.plunge._identify.cycles import MOVING, Cycle, concluded, fault, not_identified
+from sdpgrind.plunge._identify.cycles import MOVING, Cycle, another_part, concluded, fault, not_identified
 from sdpgrind.plunge._model.model import PlungeModel
 from sdpgrind.plunge._model.problem import CycleProblem
 
@@ -29,6 +29,8 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
 
     With wear in the model: the area at the start of the part.
     """
+    if others := another_part(cycle):
+        return not_identified(NAME, UNIT, others)
     clipped, idle = clipped_rows(cycle, power_max), problem.drive.idle_power
     top = greatest_power(cycle, power_max) - idle
     cycle = dataclasses.replace(cycle, grinding_power=cycle.grinding_power - idle)

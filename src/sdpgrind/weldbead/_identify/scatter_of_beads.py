@@ -14,6 +14,7 @@ import numpy as np
 
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
+from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead._identify.components import (
@@ -220,7 +221,7 @@ def _told(
     vague: tuple[str, ...],
     conservative: bool,
 ) -> Iterator[str]:
-    yield f"{len(beads)} beads, {read.message}"
+    yield f"{counted(len(beads), 'bead')}, {read.message}"
     yield from _drift(beads, model)
     if vague:
         yield f"not identified: {', '.join(vague)}; K1 and K2 are taken to scatter alike there"
