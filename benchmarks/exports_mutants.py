@@ -1,5 +1,9 @@
 """Mutants of exports: operators and numbers changed one by one, and whether the self-test finds them.
 
+Each sign and number of the functions, and each number of the tables, is as likely as any other: an operator
+becomes its opposite, a whole number one more or less, others 1.01 of themselves (0: 0.5). Those count that change
+state, outputs or status of any of many steps; the digest of the tables would find the others, too.
+
 Numbers of tables, and those of a quadratic program, are changed in memory as a program starts, since such files
 take long to compile.
 """
@@ -244,21 +248,21 @@ def _linked(place: Path, program: str, *objects: str) -> None:
 
 
 def _judged(place: Path, mutant: Mutant) -> str:
-    """Return "found", "missed", "no effect"; "" where it does not compile."""
+    """Return "found", "missed", "no effect" on any of the many steps; "" where it does not compile."""
+    env, test, side = {}, "same_test", "same_side"
     if mutant.table:
         env = {"MUTANT_TABLE": mutant.table, "MUTANT_PLACE": str(mutant.place)}
-        if _fails(place, "same_test", env):
-            return "found"
-        return "missed" if _fails(place, "same_side", env) else "no effect"
-    (place / "changed.c").write_text(mutant.code)
-    command = [*_compiler(place, "-O1"), "-c", place / "changed.c", "-o", place / "changed.o"]
-    if subprocess.run(command, capture_output=True).returncode:
-        return ""
-    _linked(place, "test", "changed.o", "test.o")
-    if _fails(place, "test", {}):
-        return "found"
-    _linked(place, "side", "changed.o", "side.o", "good.o")
-    return "missed" if _fails(place, "side", {}) else "no effect"
+    else:
+        (place / "changed.c").write_text(mutant.code)
+        command = [*_compiler(place, "-O1"), "-c", place / "changed.c", "-o", place / "changed.o"]
+        if subprocess.run(command, capture_output=True).returncode:
+            return ""
+        test, side = "test", "side"
+        _linked(place, test, "changed.o", "test.o")
+        _linked(place, side, "changed.o", "side.o", "good.o")
+    if not _fails(place, side, env):
+        return "no effect"
+    return "found" if _fails(place, test, env) else "missed"
 
 
 def _fails(place: Path, program: str, env: Mapping[str, str]) -> bool:

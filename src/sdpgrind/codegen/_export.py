@@ -168,7 +168,7 @@ def files_of(recipe: Recipe, name: str, folder: Path | None) -> dict[str, bytes]
     """Return name and content of all files; `folder`: that of elementary functions, None: the C library's."""
     source = source_of(recipe, name, __version__, outside(name) if folder else "")
     files = {
-        f"{name}.h": header(recipe, name, __version__, promise(recipe, source)).encode(),
+        f"{name}.h": header(recipe, name, __version__, promise(recipe, source), source.digest).encode(),
         f"{name}.c": source.text.encode(),
         **({} if recipe.program is None else program_files(recipe.program, name)),
     }

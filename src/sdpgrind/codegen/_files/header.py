@@ -1,4 +1,4 @@
-"""Header of an export: types with units, constants, two functions, the promise."""
+"""Header of an export: types with units, constants, three functions, the promise."""
 
 from sdpgrind.codegen._recipe import Recipe, Signal, shown
 from sdpgrind.codegen._translate.values import comment, double
@@ -15,6 +15,7 @@ _HEADER = """\
  *   -2  a loop has reached its bound
  *   -3  a number was no index
  * Below 0 neither state nor output has changed.
+ * {name}_digest returns {upper}_DIGEST, or a number of a constant table is not the one that was exported.
  *
  * Deviations from MISRA C:2012: several returns in a function (15.5), pointers into arrays (18.4 is kept:
  * there is no arithmetic on pointers), volatile copies before calls of math.h, without which a compiler may
@@ -45,6 +46,7 @@ typedef struct {{
 
 void {name}_reset({name}_state *state);
 int32_t {name}_step({name}_state *state, const {name}_input *in, {name}_output *out);
+uint64_t {name}_digest(void);
 
 #ifdef __cplusplus
 }}
@@ -58,14 +60,14 @@ _INSTANCES = "Any number of instances, one a thread: all that changes is in {nam
 _ONE = "Any number of instances, one step at a time: the solver in {name}_program.c works on static arrays."
 
 
-def header(recipe: Recipe, name: str, version: str, promise: str) -> str:
-    """Return the text of the header."""
+def header(recipe: Recipe, name: str, version: str, promise: str, digest: int) -> str:
+    """Return the text of the header; `digest`: of the constant tables."""
     equations = "".join(f" * {line}\n" for line in recipe.equations.splitlines())
     return _HEADER.format(
         name=name, upper=name.upper(), kind=recipe.kind, version=version, promise=promise,
         equations=equations, instances=(_INSTANCES if recipe.program is None else _ONE).format(name=name),
         status="".join(f" *   {k:2d}  {one}\n" for k, one in enumerate(recipe.status)),
-        constants=_constants(recipe, name.upper(), version),
+        constants=_constants(recipe, name.upper(), version, digest),
         inputs="\n".join(_field(name, one, *_taken(one)) for name, one in recipe.inputs.items()),
         outputs="\n".join(_field(name, one) for name, one in recipe.outputs.items()),
     )  # fmt: skip
@@ -82,8 +84,9 @@ def _taken(one: Signal) -> list[str]:
     return [f"{shown(one.low)} to {shown(one.high)}", *(["NaN: no reading"] if one.missing else [])]
 
 
-def _constants(recipe: Recipe, upper: str, version: str) -> str:
+def _constants(recipe: Recipe, upper: str, version: str, digest: int) -> str:
     lines = [f'#define {upper}_VERSION "{version}"', f'#define {upper}_FINGERPRINT "{recipe.fingerprint}"']
+    lines.append(f"#define {upper}_DIGEST UINT64_C({digest:#018x})")
     lines.append(f"#define {upper}_STATE_SIZE {recipe.state.size}")
     if recipe.period is not None:
         lines.append(f"#define {upper}_PERIOD {double(recipe.period)} /* s */")

@@ -53,6 +53,7 @@ def manifest(
         "kind": recipe.kind,
         "version": version,
         "fingerprint": recipe.fingerprint,
+        "digest": f"{source.digest:016x}",
         "equations": recipe.equations,
         "inputs": _inputs(recipe),
         "outputs": [_signal(name, one) for name, one in recipe.outputs.items()],

@@ -3,14 +3,15 @@
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen._files.vectors import SEED, STEPS, Vectors, spread_of
 from sdpgrind.codegen._recipe import Recipe
-from sdpgrind.codegen._translate.runtime import FLAGS, GUARDS
+from sdpgrind.codegen._translate.runtime import BITS_OF, FLAGS, GUARDS, HASHED
 
 THIS_C = "this C where it was exported"
 _TEXT = """\
 /*
  * {name}_selftest.c: {rows} vectors and {blocks} digests of {steps} steps, against {reference}.
  * cc {flags} {name}.c {units}{name}_selftest.c -lm -o t && ./t
- * Returns 0 where every bit of outputs, status and state is that of {reference}, else 1.
+ * Returns 0 where every bit of outputs, status and state is that of {reference}, and of constant tables
+ * that of the export, else 1.
  */
 #include "{name}.h"
 
@@ -39,29 +40,19 @@ static const uint64_t digests[BLOCKS] = {{
 static const double spread[INPUTS] = {{{spread}}};
 static const int missing[INPUTS] = {{{missing}}};
 
-static uint64_t bits(double number)
-{{
-    uint64_t found = UINT64_C(0x7FF8000000000000);
-    if (isnan(number) == 0) {{
-        (void)memcpy(&found, &number, sizeof found);
-    }}
-    return found;
-}}
+{bits_of}
 
-static uint64_t hashed(uint64_t total, uint64_t word)
-{{
-    return (total ^ word) * UINT64_C(1099511628211);
-}}
+{hashed}
 
 static uint64_t after(uint64_t total, const {name}_state *state, const double *out, int32_t status)
 {{
     int k;
     total = hashed(total, (uint64_t)((int64_t)status + 4));
     for (k = 0; k < OUTPUTS; k++) {{
-        total = hashed(total, bits(out[k]));
+        total = hashed(total, bits_of(out[k]));
     }}
     for (k = 0; k < {upper}_STATE_SIZE; k++) {{
-        total = hashed(total, bits(state->s[k]));
+        total = hashed(total, bits_of(state->s[k]));
     }}
     return total;
 }}
@@ -181,7 +172,7 @@ static int rows_differ(double *largest)
         same = ((double)status == row[1 + INPUTS + OUTPUTS]) ? 1 : 0;
         for (j = 0; j < OUTPUTS; j++) {{
             double wanted = row[1 + INPUTS + j];
-            if (bits(out[j]) != bits(wanted)) {{
+            if (bits_of(out[j]) != bits_of(wanted)) {{
                 same = 0;
                 if (fabs(out[j] - wanted) > *largest) {{
                     *largest = fabs(out[j] - wanted);
@@ -198,11 +189,20 @@ static int rows_differ(double *largest)
     return wrong;
 }}
 
+static int tables_differ(void)
+{{
+    int wrong = ({name}_digest() != {upper}_DIGEST) ? 1 : 0;
+    if (wrong != 0) {{
+        printf("{name}: a number of a constant table is not the one that was exported\\n");
+    }}
+    return wrong;
+}}
+
 int main(void)
 {{
     static long_run run;
     double largest = 0.0;
-    int wrong = environment();
+    int wrong = environment() + tables_differ();
     int rows = rows_differ(&largest);
     int blocks = 0;
     int k;
@@ -236,7 +236,8 @@ def selftest(recipe: Recipe, name: str, vectors: Vectors, folder: bool = False) 
     digests = [f"UINT64_C({one:#018x})" for one in vectors.digests]
     return _TEXT.format(
         reference=THIS_C if folder else "the library", units=_units(recipe, name, folder),
-        name=name, upper=name.upper(), guards=GUARDS, rows=len(vectors.rows), inputs=len(recipe.inputs),
+        name=name, upper=name.upper(), guards=GUARDS, hashed=HASHED, bits_of=BITS_OF,
+        rows=len(vectors.rows), inputs=len(recipe.inputs),
         outputs=len(recipe.outputs), blocks=len(digests), steps=STEPS, seed=SEED,
         digest=f"{vectors.digest:#018x}", flags=" -O2 ".join(FLAGS),
         vectors=_vectors(vectors), digests=_columns(digests, 4), spread=_listed(spread_of(recipe)),

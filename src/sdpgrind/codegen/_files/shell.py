@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.codegen._files.digest import digest_of, digest_text
 from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._translate.body import text_of
 from sdpgrind.codegen._translate.calls import LIBM
@@ -46,6 +47,8 @@ int32_t {name}_step({name}_state *state, const {name}_input *in, {name}_output *
 {{
 {step}
 }}
+
+{digest}
 """
 
 
@@ -69,6 +72,8 @@ class CSource:
     text: str
     program: CProgram
     step: Function
+    digest: int
+    """Of the numbers of its tables."""
 
     @property
     def libm(self) -> tuple[str, ...]:
@@ -87,13 +92,15 @@ def source_of(recipe: Recipe, name: str, version: str, outside: str = "") -> CSo
     step, lines = _step(recipe, name, program, constants)
     reset = _reset(recipe, name, program, constants)
     program.drop_unreached(lines + reset)
+    tables = program.read(lines + reset)
+    digest = digest_text(name, tables)
     text = _TOP.format(
         name=name, kind=recipe.kind, version=version, fingerprint=recipe.fingerprint, guards=GUARDS,
         flags=" ".join(FLAGS),
-        definitions=program.definitions(), reset=reset, step=lines,
+        definitions=program.definitions(), reset=reset, step=lines, digest=digest,
         solver="" if recipe.program is None else _SOLVER.format(name=name),
     )  # fmt: skip
-    return CSource(text, program, step)
+    return CSource(text, program, step, digest_of(tables))
 
 
 def constants_of(recipe: Recipe, program: CProgram) -> list[Value]:

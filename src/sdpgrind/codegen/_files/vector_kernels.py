@@ -6,7 +6,8 @@ from sdpgrind.base.compiling.compiled import compiled
 
 # source: Marsaglia (2003), Xorshift RNGs, 64 bits; FNV-1a, 64 bits
 _LEFT, _RIGHT, _LAST = np.uint64(13), np.uint64(7), np.uint64(17)
-_BASIS, _PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
+BASIS = 14695981039346656037  # source: FNV-1a, 64 bits
+_BASIS, _PRIME, _HALF = np.uint64(BASIS), np.uint64(1099511628211), np.uint64(32)
 _NAN = np.uint64(0x7FF8000000000000)  # derived: the bits of every NaN
 _INFINITY, _UNSIGNED = np.uint64(0x7FF0000000000000), np.uint64(0x7FFFFFFFFFFFFFFF)
 _UNIT = 2.0**-53  # derived: step of the 53 bits of a share
@@ -72,12 +73,32 @@ def digest(states, outs, codes):
     """Digest of all states, outputs (as uint64) and statuses; every NaN is the same."""
     total = _BASIS
     for k in range(codes.size):
-        total = (total ^ np.uint64(codes[k] + 4)) * _PRIME
+        total = _hashed(total, np.uint64(codes[k] + 4))
         for j in range(outs.shape[1]):
-            total = (total ^ _same_nan(outs[k, j])) * _PRIME
+            total = _hashed(total, _same_nan(outs[k, j]))
         for j in range(states.shape[1]):
-            total = (total ^ _same_nan(states[k, j])) * _PRIME
+            total = _hashed(total, _same_nan(states[k, j]))
     return total
+
+
+@compiled
+def hashed_words(total, words):
+    """Digest of `words` (uint64) behind others whose digest is `total`."""
+    for k in range(words.size):
+        total = _hashed(total, words[k])
+    return total
+
+
+@compiled
+def _hashed(total, word):
+    """Digest of one word more.
+
+    Both steps can be undone: a product with an odd number, and the upper half onto the lower one. So two
+    totals stay two whatever follows, and no change of a single word is lost. Without the shift an upper bit
+    stays in its place, and signs that change in two words would cancel.
+    """
+    total = (total ^ word) * _PRIME
+    return total ^ (total >> _HALF)
 
 
 @compiled

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from sdpgrind.codegen._proof.compilers import compiled
 from sdpgrind.codegen._translate.prototypes import arguments
+from sdpgrind.codegen._translate.runtime import BITS_OF, HASHED
 
-_PROGRAM = """\
+_PROGRAM = f"""\
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -16,30 +17,25 @@ _PROGRAM = """\
 static uint64_t seed = UINT64_C(88172645463325252);
 
 static double drawn(double scale)
-{
+{{
     seed ^= seed << 13;
     seed ^= seed >> 7;
     seed ^= seed << 17;
     return scale * ((double)(seed >> 11) * 0x1p-52 - 1.0);
-}
+}}
 
-static uint64_t hashed(uint64_t total, double number)
-{
-    uint64_t found = UINT64_C(0x7FF8000000000000);
-    if (isnan(number) == 0) {
-        (void)memcpy(&found, &number, sizeof found);
-    }
-    return (total ^ found) * UINT64_C(1099511628211);
-}
+{BITS_OF}
+
+{HASHED}
 
 int main(void)
-{
-    static const double scales[4] = {0.01, 1.0, 30.0, 1e6};
+{{
+    static const double scales[4] = {{0.01, 1.0, 30.0, 1e6}};
     uint64_t total;
     int k;
 @
     return 0;
-}
+}}
 """
 _FUNCTION = """\
     total = UINT64_C(14695981039346656037);
@@ -47,7 +43,7 @@ _FUNCTION = """\
         volatile double x = drawn(scales[k & 3]);
         volatile double y = drawn(scales[(k >> 2) & 3]);
         (void)y;
-        total = hashed(total, {name}({arguments}));
+        total = hashed(total, bits_of({name}({arguments})));
     }}
     printf("%" PRIx64 "\\n", total);"""
 _COUNT = 100_000  # chosen: arguments of each function; hypot of glibc differs in one of some hundred

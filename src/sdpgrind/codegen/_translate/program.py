@@ -14,13 +14,12 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._translate.body import CLine, merged, without_unused
 from sdpgrind.codegen._translate.prototypes import declared
+from sdpgrind.codegen._translate.reads import Reads
 from sdpgrind.codegen._translate.refusals import KernelSource, check_options
-from sdpgrind.codegen._translate.runtime import AT_MACRO, guarded, helper_text, helpers_in_order
+from sdpgrind.codegen._translate.runtime import AT_MACRO, TAKEN, guarded, helper_text, helpers_in_order
 from sdpgrind.codegen._translate.statements import Statements
+from sdpgrind.codegen._translate.tables import ConstantTable
 from sdpgrind.codegen._translate.types import (
-    BOOL,
-    ELEMENTS,
-    FLOAT32,
     FLOAT64,
     INT64,
     Array,
@@ -35,7 +34,7 @@ from sdpgrind.codegen._translate.types import (
     to_numba,
     unfixed,
 )
-from sdpgrind.codegen._translate.values import Value, comment, gathered, known, literal
+from sdpgrind.codegen._translate.values import Value, gathered, known, literal
 from sdpgrind.codegen._translate.views import SizeUnknownError
 
 _PASSES = 12  # chosen: passes over one kernel; types only widen, so two or three suffice
@@ -92,8 +91,7 @@ class CProgram:
     prefix: str
     functions: dict[Any, Function] = field(default_factory=dict)
     structures: dict[Tuple, str] = field(default_factory=dict)
-    tables: dict[str, str] = field(default_factory=dict)
-    table_bytes: int = 0
+    tables: dict[str, ConstantTable] = field(default_factory=dict)
     comments: dict[str, str] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)
     checked: bool = False
@@ -137,6 +135,7 @@ class CProgram:
         """Return a name that no type, table or function has: C knows but one of each."""
         name, count = f"{self.prefix}_{wanted.strip('_')}", 1
         names = {*self.structures.values(), *self.tables, *(one.name for one in self.functions.values())}
+        names |= {f"{self.prefix}_{one}" for one in TAKEN}
         while (name if count == 1 else f"{name}_{count}") in names:
             count += 1
         return name if count == 1 else f"{name}_{count}"
@@ -165,25 +164,18 @@ class CProgram:
         array = np.ascontiguousarray(array)
         key = (array.dtype.str, array.shape, array.tobytes())
         if key not in self._arrays:
-            element = ELEMENTS[array.dtype]
-            place = self._free(name)
-            cells = [_cell(one, element) for one in array.ravel().tolist()] or ["0"]
-            rows = [", ".join(cells[k : k + 8]) for k in range(0, len(cells), 8)]
-            body = ",\n    ".join(rows)
-            declared = f"static const {element.c} {place}[{len(cells)}]"
-            self.tables[place] = f"{self._comment(name, array)}\n{declared} = {{\n    {body}\n}};"
-            self.table_bytes += array.nbytes
-            numbers = array.ravel().tolist() if element not in (BOOL, FLOAT32) else []
+            made = ConstantTable(
+                self._free(name), array, self.comments.get(name, name.strip("_").replace("_", " "))
+            )
+            self.tables[made.name] = made
+            numbers = made.numbers if made.known else []
             few = numbers if array.size <= _FEW else []
             every = repr(numbers[0]) if len(set(map(repr, numbers))) == 1 and numbers[0] == numbers[0] else ""
-            kind = Array(element, array.shape, dense(array.shape), fixed=tuple(enumerate(few)), every=every)
-            self._arrays[key] = Value(place, kind)
+            kind = Array(
+                made.element, array.shape, dense(array.shape), fixed=tuple(enumerate(few)), every=every
+            )
+            self._arrays[key] = Value(made.name, kind)
         return self._arrays[key]
-
-    def _comment(self, name: str, array: Any) -> str:
-        """Return the comment at a table: what it is, where that is told, and its shape."""
-        told = self.comments.get(name, name.strip("_").replace("_", " "))
-        return comment(f"{told} ({' x '.join(map(str, array.shape))})")
 
     # -- functions -------------------------------------------------------------------------------------
 
@@ -295,13 +287,30 @@ class CProgram:
         self.helpers = {one for one in self.helpers if f"{self.prefix}_{one}" in words}
         self.tables = {name: one for name, one in self.tables.items() if name in words}
 
+    def read(self, text: str) -> list[ConstantTable]:
+        """Return the tables that functions, and a text that calls them, read."""
+        functions = {one.name: (one.signature, _parameters(one), _inner(one)) for one in self.written}
+        structures = {name: self._fields(kind) for kind, name in self.structures.items()}
+        names = Reads(functions, structures).names(text)
+        return [one for name, one in self.tables.items() if name in names]
+
+    def _fields(self, kind: Tuple) -> tuple[tuple[str, str], ...]:
+        """Return names of fields, each with the structure that it is."""
+        inner = (self.spelled(one) if isinstance(one, Tuple) else "" for one in kind.types)
+        return tuple(zip(kind.fields, inner, strict=True))
+
+    @property
+    def table_bytes(self) -> int:
+        """Bytes of the tables that are written."""
+        return sum(int(one.array.nbytes) for one in self.tables.values())
+
     # -- text ------------------------------------------------------------------------------------------
 
     def definitions(self) -> str:
         """Return structures, tables, helpers and functions, each before it is used."""
         prefix = f"{self.prefix}_"
         parts = [self._structure(kind, name) for kind, name in self.structures.items()]
-        parts += list(self.tables.values())
+        parts += [one.text for one in self.tables.values()]
         parts += [AT_MACRO.replace("@", prefix)] if self.checked else []
         if self.outside and (names := guarded(self.helpers)):
             parts.append("\n".join(declared(names, self.outside)))
@@ -328,6 +337,11 @@ def _inner(function: Function) -> str:
     return function.text.partition("\n{\n")[2]
 
 
+def _parameters(function: Function) -> tuple[str, ...]:
+    """Return names of the parameters in C, with the fault where there is one."""
+    return tuple(re.findall(r"(\w+)(?=[,)])", function.signature))
+
+
 def renamed(text: str, name: str, new: str) -> str:
     """Return the text of a function under another name."""
     return re.sub(rf"\b{re.escape(name)}\(", f"{new}(", text)
@@ -336,15 +350,6 @@ def renamed(text: str, name: str, new: str) -> str:
 def shown(line: CLine) -> str:
     """Return the text of a line, indented."""
     return "    " * line.depth + line.text
-
-
-def _cell(number: Any, element: Scalar) -> str:
-    """Return an entry of a table: what is no whole number in hexadecimal."""
-    if element == FLOAT32 and not np.isfinite(number):
-        return "NAN" if number != number else "INFINITY" if number > 0.0 else "-INFINITY"
-    if isinstance(number, bool | int) or not np.isfinite(number):
-        return literal(number).code
-    return repr(number) if float(number).is_integer() and abs(number) < 1e15 else float(number).hex()
 
 
 def wider_result(found: Type | None, result: Any) -> Scalar | None:

@@ -18,6 +18,7 @@ _SIGNATURES = {
 }
 """Source: ISO/IEC 9899:1999, 7.12, but for nan and nexttoward."""
 _OF = {name: signature for signature, names in _SIGNATURES.items() for name in names.split()}
+NAMES = frozenset(_OF)
 
 
 def declared(names: Iterable[str], prefix: str) -> list[str]:

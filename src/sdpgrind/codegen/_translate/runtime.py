@@ -5,7 +5,8 @@
 
 from collections.abc import Iterable
 
-from sdpgrind.codegen._translate.prototypes import arguments
+from sdpgrind.codegen._translate.prototypes import NAMES, arguments
+from sdpgrind.codegen._translate.types import ELEMENTS
 
 FLAGS = ("-std=c99", "-ffp-contract=off")
 """Of every build; `GUARDS` say the same in the text, for compilers that follow pragmas."""
@@ -36,6 +37,22 @@ static double @{name}({parameters})
     {declared}
     return {function}({arguments});
 }}"""
+HASHED = """/* FNV-1a of words of 64 bits, shifted: of two totals, or two words, come two totals */
+static uint64_t hashed(uint64_t total, uint64_t word)
+{
+    total = (total ^ word) * UINT64_C(1099511628211);
+    return total ^ (total >> 32);
+}"""
+BITS_OF = """/* bits of a double, the same of every NaN */
+static uint64_t bits_of(double number)
+{
+    uint64_t found = UINT64_C(0x7FF8000000000000);
+    if (isnan(number) == 0) { /* guard */
+        (void)memcpy(&found, &number, sizeof found);
+    }
+    return found;
+}"""
+"""Digests in C, as the kernels `hashed_words` and `digest` have them."""
 _OWN = {
     "min": """static double @min(double a, double b)
 {
@@ -135,6 +152,10 @@ static int64_t @bits(double x)
 }
 _NEEDS = {"mod": ("fmod",)}
 _ORDER = ("fmod", *_OWN)
+_HASHED = ("hashed", "bits_of", *(f"hashed_{one.c}" for one in ELEMENTS.values()))
+_PUBLIC = ("AT", "outside", "input", "output", "state", "reset", "step", "digest", "solve")
+TAKEN = frozenset({*_OWN, *NAMES, *_HASHED, *_PUBLIC})
+"""Names behind the prefix that no kernel, record or table may have in C."""
 
 
 def helper_text(name: str, prefix: str, outside: str = "") -> str:
