@@ -1,6 +1,8 @@
 """Controllers on a locus as C: bits of their kernels, the loop, tapes written out, what is refused."""
 
+import re
 import shutil
+import subprocess
 import warnings
 from dataclasses import replace
 
@@ -208,6 +210,81 @@ def test_an_inversion_that_bisects(tmp_path):
     assert c.step(f=4.0, y=1.2)["x"] == pytest.approx(np.sqrt(9.7), abs=1e-15)  # in the jump
     assert c.step(f=4.0, y=1.2)["x"] == inversion.at(4.0, 1.2)[0][0]
     assert c.step(f=-1.5, y=1.2)["x"] == inversion.at(-1.5, 1.2)[0][0] < 1.4  # beyond an end by Newton
+
+
+def rounded(low=1.0, high=4.0):
+    """279 (0.962 + x sqrt(y)), rounded four times: where y is small, few numbers are responses."""
+    root = casadi.sqrt(Y)
+    response = tape(casadi.Function("f", [Y, X], [9.3 * (30.0 * (0.962 + X * root)), 279.0 * root]))
+    key = np.array([1.0, 2.0, 4.0])
+    return Inversion(
+        response, LocusTable(key, np.column_stack([key**2]), np.column_stack([2 * key])), low, high
+    )
+
+
+def branches_of(folder, place):
+    """Branches that the self-test takes, and all but guards and ends of loops by a bound, by gcov."""
+    command = [
+        "gcc",
+        "-std=c99",
+        "-ffp-contract=off",
+        "-O0",
+        "--coverage",
+        *folder.glob("*.c"),
+        "-lm",
+        "-o",
+        "t",
+    ]
+    subprocess.run(command, cwd=place, check=True)
+    subprocess.run(["./t"], cwd=place, check=True, capture_output=True)
+    subprocess.run(["gcov", "-b", "-c", "t-x.gcda"], cwd=place, check=True, capture_output=True)
+    taken, every, line = 0, 0, ""
+    for text in (place / "x.c.gcov").read_text().splitlines():
+        if not text.startswith("branch"):
+            line = text if re.match(r" *[^ ]+: *\d+:", text) else line
+        elif re.search(r" taken [1-9]", text):
+            taken, every = taken + 1, every + 1
+        elif "/* guard */" not in line and ": " in line and not re.search(r": +for \(", line):
+            every += 1
+    return taken, every
+
+
+@pytest.mark.skipif(not shutil.which("gcov"), reason="gcov is not installed")
+def test_the_self_test_takes_the_branches_of_an_inversion(tmp_path):
+    """Bisection too, which no usual reading needs."""
+    made = sdpgrind.export(locus.plan(locus.preset("grinding")).inversion(), tmp_path / "x")
+    place = tmp_path / "built"
+    place.mkdir()
+    taken, every = branches_of(made.path, place)
+    assert every > 80 and taken >= 0.95 * every
+
+
+def test_readings_that_no_state_answers(tmp_path):
+    """Within a step of the response: the bracket closes about it, in the C as in the library."""
+    inversion = rounded()
+    recipe = inversion.__export__()
+    (rows,) = recipe.vectors(np.random.default_rng(0), 512)
+    small = rows[np.abs(rows[:, 1]) < 1e-20]
+    responses = np.array([[9.3 * (30.0 * (0.962 + x * np.sqrt(y))) for x in (1.0, 4.0)] for _, y in small])
+    within = (responses[:, 0] < small[:, 0]) & (small[:, 0] < responses[:, 1])
+    assert within.sum() > 30  # few numbers lie between these ends
+    c = sdpgrind.export(inversion, tmp_path / "x").controller()
+    for reading, y in small[within].tolist():
+        assert c.step(measured=reading, control_0=y)["state"] == inversion.at(reading, y)[0][0]
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.5, 4.0), (1.0, 5.0), (1.5, 3.0)])
+def test_a_range_beyond_the_table_is_clamped(tmp_path, low, high):
+    """Where the table spans the range, the C has no other branch."""
+    inversion = rounded(low, high)
+    made = sdpgrind.export(inversion, tmp_path / "x")
+    assert made.check(STEPS, ["gcc"], levels=["-O2"], targets=()).differing == 0
+    assert (" x_look_up(" in (made.path / "x.c").read_text()) == (low < 1.0 or high > 4.0)
+    c = made.controller()
+    for state in (low, high):
+        got = c.step(measured=279.0 * (0.962 + 2.0 * state), control_0=4.0)
+        assert got["state"] == pytest.approx(state, rel=1e-12)
+        assert got["column_0"] == pytest.approx(np.clip(state, 1.0, 4.0) ** 2, rel=1e-12)
 
 
 # -- tapes -------------------------------------------------------------------------------------------------

@@ -142,7 +142,7 @@ def test_beads_in_the_loop(tmp_path, policy):
 def test_a_short_text_of_an_export(tmp_path):
     made = sdpgrind.export(table(), tmp_path / "thing")
     size = sum((tmp_path / "thing" / f"thing{ending}").stat().st_size for ending in (".h", ".c"))
-    where, told = f"'thing' in {str(tmp_path / 'thing')!r}", f"LocusTable, {size / 1000:.0f} kB, 5 functions"
+    where, told = f"'thing' in {str(tmp_path / 'thing')!r}", f"LocusTable, {size / 1000:.0f} kB, 6 functions"
     assert repr(made) == f"Exported({where}: {told}; {NONE})"
 
 

@@ -56,7 +56,8 @@ class Inversion:
         whole[kernels.RESPONSE], whole[kernels.SLOPE] = self.index, self.count + self.index
         head[kernels.LOW], head[kernels.HIGH] = self.low, self.high
         head[kernels.DIRECTION] = 1.0 if self.rising else -1.0
-        head[kernels.GUESS] = np.sqrt(self.low * self.high) if self.low > 0 else 0.5 * (self.low + self.high)
+        middle = np.sqrt(self.low * self.high) if self.low > 0 else 0.5 * (self.low + self.high)
+        head[kernels.GUESS] = kernels.off_ends(float(middle), float(self.low), float(self.high))
         object.__setattr__(self, "packed", np.concatenate([head, self.tape, self.table.packed]))
         object.__setattr__(self, "places", 1 + self.table.width)
 

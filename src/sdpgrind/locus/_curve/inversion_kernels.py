@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run, work_size
-from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
+from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up, look_up_within
 
 CONTROLS, RESPONSE, SLOPE, TAPE, LOW, HIGH, DIRECTION, GUESS, HEAD = range(9)
 """Head of the packed array, before tape and table: number of controls; indices of response and slope in the
@@ -22,13 +22,29 @@ CLOSE, ROUNDING = 1e-10, 1e-14
 def find_state(tape, inputs, places, low, high, direction, measured, work, out):
     """Change one of `inputs` until the response equals the measurement; return the flag.
 
-    `places`: index of the state in `inputs`, of response and slope in `out`. Newton's method within a
-    bracket; a step that leaves it or is not halved goes to an end not yet tried, else to the middle. Out of
-    reach: the state is clamped. NO_KEY: measurement or response is NaN.
+    `places`: index of the state in `inputs`, of response and slope in `out`. It begins at the state in
+    `inputs`, or off an end of the range, where that is nearer.
+    """
+    inputs[places[0]] = off_ends(inputs[places[0]], low, high)
+    return find_state_from(tape, inputs, places, low, high, direction, measured, work, out)
+
+
+@compiled(error_model="numpy")
+def off_ends(state, low, high):
+    """Return a first guess of the state (its unit): steps near a pole at an end are too small."""
+    inset = INSET * (high - low)
+    return min(max(state, low + inset), high - inset)
+
+
+@compiled(error_model="numpy")
+def find_state_from(tape, inputs, places, low, high, direction, measured, work, out):
+    """Find the state as `find_state`, from one within the range and off its ends.
+
+    Newton's method within a bracket; a step that leaves it or is not halved goes to an end not yet tried,
+    else to the middle. Out of reach: the state is clamped. NO_KEY: measurement or response is NaN.
     """
     state, response, slope = places
-    inset = INSET * (high - low)  # steps near a pole at an end are too small
-    x, a, b = min(max(inputs[state], low + inset), high - inset), low, high
+    x, a, b = inputs[state], low, high
     tried_low, tried_high = False, False
     before, step, rounding = 4.0 * (high - low), 2.0 * (high - low), ROUNDING * (high - low)
     for _ in range(STEPS):
@@ -83,7 +99,7 @@ def retrieve(packed, controls, measured, out):
         inputs[k] = controls[k]
     inputs[n] = packed[GUESS]
     places = (n, counts[RESPONSE], counts[SLOPE])
-    flag = find_state(
+    flag = find_state_from(
         tape, inputs, places, packed[LOW], packed[HIGH], packed[DIRECTION], measured, work, found
     )
     out[0] = inputs[n]
@@ -102,6 +118,7 @@ class Search(NamedTuple):
     high: float
     direction: float  # sign of the slope
     guess: float
+    covered: bool  # whether the table spans the range
 
 
 @compiled(error_model="numpy")
@@ -110,12 +127,15 @@ def _searched(search, room, count, inputs, measured, out):
     work, found, n = np.empty(room), np.empty(count), inputs.size - 1
     inputs[n] = search.guess
     places = (n, search.response, search.slope)
-    flag = find_state(
+    flag = find_state_from(
         search.tape, inputs, places, search.low, search.high, search.direction, measured, work, found
     )
     if flag == NO_KEY:
         return -1
     out[0] = inputs[n]
+    if search.covered:
+        look_up_within(search.table, inputs[n], out[1:])  # between the ends: so is the bracket of the search
+        return flag
     outside = look_up(search.table, inputs[n], out[1:])
     return flag if flag != INSIDE else outside
 

@@ -8,6 +8,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe, Signal
 from sdpgrind.locus._curve import inversion_kernels as kernels
+from sdpgrind.locus._curve.response import Response
 from sdpgrind.locus._problem import tape_kernels
 from sdpgrind.locus._problem.tape_lines import straight_lines
 from sdpgrind.locus._trace.table import LocusTable
@@ -18,6 +19,7 @@ _NEAR = 0.02  # chosen: share of the responses by which the self-test varies the
 _FAR, _ROUNDING = 100.0, 4e-16  # chosen: shares by which no state answers a response, and by which one does
 # chosen: share of the response by which the self-test is off it -> share of its readings
 _OFF = {0.0: 0.5, _NEAR: 0.1, -_NEAR: 0.1, _FAR: 0.1, -_FAR: 0.1, _ROUNDING: 0.05, -_ROUNDING: 0.05}
+_HARD, _SORTS = 120, 3  # chosen: readings that Newton's method alone does not answer, of three sorts
 _FALLING = 0.1  # chosen: share of the readings with controls of the other sign: the response may fall
 _TABLES = {
     "search_tape": "responses and their slopes by controls and hidden state; the C has it written out",
@@ -37,7 +39,7 @@ def recipe_of(packed: Floats, table: LocusTable, units: Mapping[str, str]) -> Re
     inputs = response | {name: named.get(name, "") for name in controls}
     apart = {f"{name}_at" if name in inputs else name: named[name] for name in columns}
     sizes = tape_kernels.work_size(search.tape), tape_kernels.output_size(search.tape)
-    readings = _Searched(search, sizes, table, n)
+    readings = _AboutNodes(Response(search, sizes), table, n)
     return Recipe(
         "inversion",
         _STEPS[n],
@@ -54,16 +56,17 @@ def recipe_of(packed: Floats, table: LocusTable, units: Mapping[str, str]) -> Re
 
 
 def _search(packed: Floats, table: LocusTable) -> kernels.Search:
-    whole = packed.view(np.int64)
+    whole, (low, high) = packed.view(np.int64), map(float, packed[[kernels.LOW, kernels.HIGH]])
     return kernels.Search(
         tape=packed[kernels.HEAD : kernels.HEAD + whole[kernels.TAPE]].copy(),
         table=table.packed,
         response=int(whole[kernels.RESPONSE]),
         slope=int(whole[kernels.SLOPE]),
-        low=float(packed[kernels.LOW]),
-        high=float(packed[kernels.HIGH]),
+        low=low,
+        high=high,
         direction=float(packed[kernels.DIRECTION]),
         guess=float(packed[kernels.GUESS]),
+        covered=bool(table.key[0] <= low and high <= table.key[-1]),
     )
 
 
@@ -94,35 +97,38 @@ def _run(search: kernels.Search, count: int) -> str:
 
 
 @dataclass(frozen=True)
-class _Searched:
+class _AboutNodes:
     """Responses of the model, and others, at controls about those of the table."""
 
-    search: kernels.Search
-    sizes: tuple[int, int]
+    response: Response
     table: LocusTable
     controls: int
 
     def chains(self, rng: np.random.Generator, count: int) -> list[Floats]:
         """Return about `count` readings, in their units."""
-        return [np.array([self._row(rng) for _ in range(count)])]
+        rows = [self._row(rng) for _ in range(count)]
+        few = min(count, _HARD) // _SORTS
+        return [np.array([*rows, *self.response.hard(self._known(rng), few, rng)])]
 
     def _row(self, rng: np.random.Generator) -> list[float]:
-        low, high, controls = self.search.low, self.search.high, self._controls(rng)
-        margin = _BEYOND * (high - low)
-        state = rng.choice([rng.uniform(low - margin, high + margin), low, high])
-        found, work = np.empty(self.sizes[1]), np.empty(self.sizes[0])
-        tape_kernels.run(self.search.tape, np.array([*controls, state]), work, found)
-        response = float(found[self.search.response])
+        search, controls = self.response.search, self._controls(rng)
+        margin = _BEYOND * (search.high - search.low)
+        state = rng.choice([rng.uniform(search.low - margin, search.high + margin), search.low, search.high])
+        response = self.response.at(controls, state)[0]
         off = rng.choice(list(_OFF), p=list(_OFF.values()))
         return [response * (1.0 + off) if np.isfinite(response) else 1.0, *controls]
 
-    def _controls(self, rng: np.random.Generator) -> list[float]:
-        """Return controls about those of one node; about 1 where the table does not tell them."""
+    def _known(self, rng: np.random.Generator) -> Floats:
+        """Return controls of a node; 1 where the table does not tell them."""
         node = self.table.columns[rng.integers(len(self.table.columns))]
-        known = node if node.size == self.controls else np.ones(self.controls)
+        return np.array(node) if node.size == self.controls else np.ones(self.controls)
+
+    def _controls(self, rng: np.random.Generator) -> Floats:
+        """Return controls about those of a node."""
+        known = self._known(rng)
         sign = np.where(rng.random(self.controls) < _FALLING, -1.0, 1.0)
-        varied = rng.uniform(1.0 - _BEYOND, 1.0 + _BEYOND, self.controls)
-        return list(map(float, sign * known * varied))
+        found: Floats = sign * known * rng.uniform(1.0 - _BEYOND, 1.0 + _BEYOND, self.controls)
+        return found
 
     @property
     def spread(self) -> tuple[float, ...]:

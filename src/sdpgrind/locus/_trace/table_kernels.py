@@ -67,7 +67,7 @@ def _locate(packed, key):
 def look_up(packed, key, out):
     """Fill `out` with the columns at a key, clamped, and return the flag; NaN fills nothing."""
     whole = packed.view(np.int64)
-    n_node, n_column = whole[0], whole[1]
+    n_node = whole[0]
     rows = HEAD + n_node
     if packed[HEAD] < key < packed[rows - 1]:
         _interpolate(packed, _locate(packed, key), key, out)
@@ -76,11 +76,29 @@ def look_up(packed, key, out):
         return NO_KEY
     below = key <= packed[HEAD]
     end = 0 if below else n_node - 1
-    for j in range(n_column):  # bit-equal to the node
-        out[j] = packed[rows + 2 * n_column * end + j]
+    _take_node(packed, end, out)
     if key == packed[HEAD + end]:
         return INSIDE
     return BELOW if below else ABOVE
+
+
+@compiled(error_model="numpy")
+def look_up_within(packed, key, out):
+    """Fill `out` with the columns at a key that lies between the ends of the table, or at one."""
+    n_node = packed.view(np.int64)[0]
+    if packed[HEAD] < key < packed[HEAD + n_node - 1]:
+        _interpolate(packed, _locate(packed, key), key, out)
+    else:
+        _take_node(packed, 0 if key <= packed[HEAD] else n_node - 1, out)
+
+
+@compiled(error_model="numpy", inline="always")
+def _take_node(packed, k, out):
+    """Fill `out` with the columns of node k, bit by bit."""
+    whole = packed.view(np.int64)
+    n_node, n_column = whole[0], whole[1]
+    for j in range(n_column):
+        out[j] = packed[HEAD + n_node + 2 * n_column * k + j]
 
 
 @compiled(error_model="numpy", inline="always")
