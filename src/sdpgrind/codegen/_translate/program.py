@@ -289,7 +289,7 @@ class CProgram:
 
     def read(self, text: str) -> list[ConstantTable]:
         """Return the tables that functions, and a text that calls them, read."""
-        functions = {one.name: (one.signature, _parameters(one), _inner(one)) for one in self.written}
+        functions = {one.name: (one.signature, _inner(one)) for one in self.written}
         structures = {name: self._fields(kind) for kind, name in self.structures.items()}
         names = Reads(functions, structures).names(text)
         return [one for name, one in self.tables.items() if name in names]
@@ -335,11 +335,6 @@ def _key(kernel: Kernel, kinds: tuple[Type, ...], numbers: Numbers) -> tuple[Ker
 def _inner(function: Function) -> str:
     """Return the text of a function behind its head."""
     return function.text.partition("\n{\n")[2]
-
-
-def _parameters(function: Function) -> tuple[str, ...]:
-    """Return names of the parameters in C, with the fault where there is one."""
-    return tuple(re.findall(r"(\w+)(?=[,)])", function.signature))
 
 
 def renamed(text: str, name: str, new: str) -> str:

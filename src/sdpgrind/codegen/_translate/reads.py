@@ -20,24 +20,24 @@ class Reads:
 
     Attributes
     ----------
-    functions : mapping of str to (str, tuple of str, str)
-        Name to the head, its parameters, and the text behind it.
+    functions : mapping of str to (str, str)
+        Name to the head, and the text behind it.
     structures : mapping of str to Fields
         Name to fields.
     """
 
-    functions: Mapping[str, tuple[str, tuple[str, ...], str]]
+    functions: Mapping[str, tuple[str, str]]
     structures: Mapping[str, Fields]
     _ignored: set[tuple[str, str]] = field(default_factory=set)
 
     def names(self, text: str) -> set[str]:
         """Return the names that are used in the functions, and in the text that calls them."""
         while True:
-            texts = {name: self._blank(_told(body)) for name, (_, _, body) in self.functions.items()}
+            texts = {name: self._blank(_told(body)) for name, (_, body) in self.functions.items()}
             texts[""] = self._blank(text)
             found = {name: set(re.findall(r"\w+", one)) for name, one in texts.items()}
             ignored = {
-                (name, one) for name, (_, parameters, _) in self.functions.items() for one in parameters
+                (name, one) for name, (head, _) in self.functions.items() for one in _parameters(head)
                 if one not in found[name]
             }  # fmt: skip
             taken = {one for name, told in texts.items() for one in self._taken(name, told)}
@@ -63,7 +63,9 @@ class Reads:
     def _blank(self, text: str) -> str:
         """Return a text without the arguments and fields that are ignored."""
         calls = ((m, self.functions.get(m[1])) for m in re.finditer(r"(\w+)\(", text))
-        spans = [one for m, f in calls if f for one in self._ignored_of(text, m[1], m.end(), f[1])]
+        spans = [
+            one for m, f in calls if f for one in self._ignored_of(text, m[1], m.end(), _parameters(f[0]))
+        ]
         made = (m for m in re.finditer(r"\((\w+)\)\{", text) if m[1] in self.structures)
         spans += [one for m in made for one in self._items(text, m[1], m.end())]
         letters = list(text)
@@ -83,6 +85,11 @@ class Reads:
         for (start, end), (_, inner) in zip(_parts(text, begin), fields, strict=True):
             if inner and text[start:end].lstrip().startswith("{"):
                 yield from self._items(text, inner, text.index("{", start) + 1)
+
+
+def _parameters(head: str) -> tuple[str, ...]:
+    """Return names of the parameters of a function."""
+    return tuple(re.findall(r"(\w+)(?=[,)])", head))
 
 
 def _parts(text: str, begin: int) -> list[Span]:
