@@ -23,9 +23,9 @@ class Finishing(AreaCommand):
 The motion is planned within the limits of the joints; the torque axis holds the normal force while it is
 played. What the cell really is (friction, torque constant, load torque, a surface that is not as planned)
 differs from part to part; with --nominal it does not.
-With --study an experiment is run: tool, path, feed and force vary by an orthogonal array L18, one run for each
-row; it is analysed, the best settings are confirmed by --confirm runs, and repeated passes are planned for the
-scatter that remains.
+With --study an experiment is run: tool, path, feed and force vary by an orthogonal array L18, one run for
+each row; it is analysed, the best settings are confirmed by --confirm runs, and repeated passes are planned
+for the scatter that remains.
 With --program nothing is finished: the planned motion becomes a program of the robot's controller, which is
 read back and compared with the plan before it is written into the folder of --out.
 With --out the motion, the log, the journal and pictures are kept in a folder. Killed? The same command goes

@@ -16,9 +16,9 @@ class Plunge(AreaCommand):
     name = "plunge"
     about = "plan the fastest plunge-grinding cycle and grind parts with it on a simulated grinder"
     more = """
-The plan is the bound: nothing is faster. The controller learns from size and power during a part, and hands on to
-the next part what it knows of wheel and machine, the roundness that it has to aim at, and the burn threshold where
-parts are inspected; with --no-adapt every part begins from the job alone.
+The plan is the bound: nothing is faster. The controller learns from size and power during a part, and hands
+on to the next part what it knows of wheel and machine, the roundness that it has to aim at, and the burn
+threshold where parts are inspected; with --no-adapt every part begins from the job alone.
 With --out the plan, the log, the journal and pictures are kept in a folder. Killed? The same command goes on
 after the last finished part, with the results that it would have had; a finished run is reported again.
 """
