@@ -202,18 +202,26 @@ def test_every_theme_has_its_place():
 
 
 def first_sentence(name):
-    """First line of the docstring of a package."""
-    text = SOURCE.joinpath(*name.split("."), "__init__.py").read_text()
+    """First line of the docstring of a package or a module."""
+    path = SOURCE.joinpath(*name.split("."))
+    text = (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text()
     return ast.get_docstring(ast.parse(text)).splitlines()[0]
+
+
+def is_room(name):
+    """Whether a folder or a module has a line of its own: folders of an area, and what lies beside them."""
+    folder = SOURCE.joinpath(*name.split("."), "__init__.py").exists()
+    if name.startswith("sdpgrind.base"):
+        return folder or name.count(".") == 2
+    beside = name.rpartition(".")[0] in THEMES and not name.endswith(("__main__", *TOP))
+    return theme(name) >= 0 and (folder or beside)
 
 
 def test_every_room_stands_on_the_page():
     """With the sentence of its docstring."""
     page = (ROOT / "docs" / "rooms.rst").read_text()
     listed = re.findall(r"^``([\w.]+)``\n    (.+)$", page, re.M)
-    packages = {name for name in modules() if SOURCE.joinpath(*name.split("."), "__init__.py").exists()}
-    rooms = {name for name in packages if theme(name) >= 0 or name.startswith("sdpgrind.base")}
-    rooms |= {"sdpgrind.identify", "sdpgrind.physics", "sdpgrind.control"}
+    rooms = {*filter(is_room, modules()), "sdpgrind.identify", "sdpgrind.physics", "sdpgrind.control"}
     told = {name: first_sentence(name) for name in rooms}
     assert dict(listed) == told and len(listed) == len(told)
     assert len(set(told.values())) == len(told) and all(len(text.split()) > 5 for text in told.values())

@@ -17,8 +17,13 @@ NO_REASON = re.compile(r"\bchosen[.;]?$", re.IGNORECASE)
 """End of a comment that says that a number was chosen and not why."""
 
 
-PAGES = sorted(path for path in (ROOT / "docs").glob("*.rst") if path.name != "style.rst")
-"""Pages of the documentation, but for the one that cites riddles."""
+PAGES = [
+    *sorted(path for path in (ROOT / "docs").glob("*.rst") if path.name != "style.rst"),
+    *sorted((ROOT / "docs/decisions").glob("*.rst")),
+    ROOT / "README.md",
+    ROOT / "CHANGELOG.md",
+]
+"""Pages of the documentation, but for the one that cites riddles; notes of decisions, README and changes."""
 
 
 def files():

@@ -1,4 +1,4 @@
-"""Roundness of a ring: measured profiles, four reference circles, harmonics, error of the probe's roller."""
+"""Roundness of a ring: filters, reference circles, cylinders, intervals, roller and spindle errors."""
 
 from sdpgrind.base import faces
 

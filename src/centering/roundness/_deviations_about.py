@@ -1,4 +1,4 @@
-"""What a reference circle and its points are, and the deviations about it."""
+"""A reference circle as data, its points, and the deviations about it."""
 
 from functools import cached_property
 

@@ -28,7 +28,7 @@ _PASSED = 5  # derived: cut-offs up to which a Gaussian keeps harmonics; beyond,
 
 
 def gaussian(upr: Floats, cut_off: float) -> Floats:
-    """Transmission of the Gaussian; one half at the cut-off."""
+    """Transmission of the Gaussian, exp(-pi (alpha upr/cut_off)^2), alpha^2 = ln 2/pi: half at cut-off."""
     return np.asarray(np.exp2(-((upr / cut_off) ** 2)))
 
 

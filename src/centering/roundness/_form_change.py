@@ -1,4 +1,4 @@
-"""What grinding changed of a part's form: harmonics before and after, RONt, files and steps of both."""
+"""Change of a part's form by grinding: harmonics before and after, RONt, files and steps of both."""
 
 import dataclasses
 from collections.abc import Iterable, Iterator

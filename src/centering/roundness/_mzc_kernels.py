@@ -14,7 +14,7 @@ def zone(x, y, cx, cy, tolerance, basis):
     """Exchange from a centre; return the best centre, its width (mm), and whether its contacts are optimal.
 
     Every centre is exact for its four contacts, where two bisectors cross. Writes two outer and two inner
-    contacts to `basis` (4,).
+    contacts to `basis` (4,). `tolerance`: rounding of a distance, mm, as `_exchange.rounding` has it.
     """
     _four_about(x, y, cx, cy, basis)
     _, most, _, least = extremes(x, y, cx, cy)

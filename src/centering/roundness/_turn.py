@@ -1,4 +1,4 @@
-"""What makes a turn: even readings without angles, a closing point, deviations from a nominal radius."""
+"""Whole turns of readings: even ones without angles, a closing point, deviations from a nominal radius."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""How a run meets a real clock, and the operator's hand on it."""
+"""Options of a run against a real clock (`Live`), and the operator's pause, resume and abort."""
 
 import time
 from collections.abc import Mapping

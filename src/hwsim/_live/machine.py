@@ -1,4 +1,4 @@
-"""What a live run needs of a machine beyond `hwsim.protocols.Machine`."""
+"""Protocol of a machine in a live run, beyond `hwsim.protocols.Machine`."""
 
 from typing import Protocol, runtime_checkable
 

@@ -1,4 +1,4 @@
-"""What the steps of a live part took, as columns of the tables and figures of the outcome; see the labels."""
+"""Times of the steps of a live part, as columns of the tables and figures of the outcome; see the labels."""
 
 import time
 from collections.abc import Callable, Mapping

@@ -1,1 +1,1 @@
-"""Logs of runs: labelled tables, a journal on disk that survives a kill, names and units."""
+"""Logs of runs: labelled tables, a journal on disk, chained by digests, that survives a kill, units."""

@@ -1,4 +1,4 @@
-"""What an operator did in a run against the clock."""
+"""Acts of the operator in a run against the clock."""
 
 from typing import NamedTuple
 

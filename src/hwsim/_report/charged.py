@@ -1,4 +1,4 @@
-"""What a plant's plan is charged for: outcomes, what was planned for them, and reasons for a difference.
+"""Figures that a plant's plan is charged for: outcomes, planned values, reasons for a difference.
 
 A plant's module has ``CHARGED``, names of outcomes, the first being what parts are ranked by; ``planned(log,
 plan)``, an interval or a value of each part by name; and ``reasons(log, plan)``, sentences by name. It may

@@ -1,4 +1,4 @@
-"""What a page holds to be checked and run again: job, digests, versions."""
+"""The job in a page, by which it is checked and run again: digests, versions, controller, seed."""
 
 import contextlib
 import dataclasses

@@ -1,1 +1,1 @@
-"""The command line: common modules, and a folder for each area."""
+"""The command line: jobs, folders of runs, exit statuses, times, files checked; a folder for each area."""

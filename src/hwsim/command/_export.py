@@ -20,7 +20,7 @@ def add_export(subparsers: Any) -> None:
         "--precision",
         choices=["double", "float32", "int16"],
         default="double",
-        help="digits of the tables of a policy; what they lose stands in the manifest (double)",
+        help="digits of the tables of a policy; the manifest tells what they lose (double)",
     )
     parser.add_argument(
         "--math", default="libm", metavar="FOLDER", help="C sources of a libm that go into the export (libm)"

@@ -1,4 +1,4 @@
-"""How commands end: one table from exceptions to exit statuses, one line of text for each."""
+"""Exit statuses of commands: one table from exceptions to statuses, one line of text for each."""
 
 import os
 import signal

@@ -28,7 +28,7 @@ def add_verify(subparsers: Any, areas: Mapping[str, AreaCommand], parse: Parse) 
         help="check that files are as they were written, or make a page again",
         description="Recompute the digests of reports, plans, logs and journals; name what was changed since "
         "they were written.",
-        epilog="With --rerun the job that stands in the page is planned and run again, and compared to the "
+        epilog="With --rerun the job in the page is planned and run again, and compared to the "
         "bit; other versions than those of the page are told first, and differences counted. Exit status: "
         "0 all as they were, 1 a page changed or different, 2 a file not to be checked, 3 a damaged file.",
     )

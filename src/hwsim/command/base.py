@@ -1,4 +1,4 @@
-"""What an area of the command line is: how it reads a job, plans it and reports on it."""
+"""Base class of the commands of areas: how one reads a job, plans it and reports on it."""
 
 import argparse
 from abc import ABC, abstractmethod

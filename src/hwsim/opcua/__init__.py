@@ -1,4 +1,4 @@
-"""Machines behind OPC UA: a simulated plant as a server, a machine as a plant, and the keys of both.
+"""Machines behind OPC UA: a simulated plant as a server with a watchdog, a machine as a plant, gate, keys.
 
 Needs ``pip install 'sdpgrind[opcua]'``.
 """

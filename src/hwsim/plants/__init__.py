@@ -1,1 +1,1 @@
-"""Simulated machines; they stand flat in `hwsim`."""
+"""Simulated machines; users find them in `hwsim` itself, as `hwsim.PlungeGrinder`."""

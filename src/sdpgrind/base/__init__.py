@@ -1,1 +1,1 @@
-"""What every area uses: declared fields, checks, units, files, plans, pictures, compiling, executors."""
+"""What every area uses: declared fields, checks, units, files with digests, pages, pictures, compiling."""

@@ -1,4 +1,4 @@
-"""What a job would take, said before it is begun: memory that is not there is refused by name."""
+"""Budget of memory: a job that would take more than may be used is refused before it is begun."""
 
 import os
 from pathlib import Path

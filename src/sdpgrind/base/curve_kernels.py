@@ -1,4 +1,4 @@
-"""Cubic Hermite interpolation in kernels."""
+"""Cubic Hermite interpolation, compiled, for kernels of all areas."""
 
 from sdpgrind.base.compiling.compiled import compiled
 

@@ -1,4 +1,4 @@
-"""What is said of a file that is not as it was written, and of one that cannot tell."""
+"""Damaged files: the error of one that is not as it was written, the warning of one that cannot tell."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""Bisection of many brackets at once."""
+"""Bisection of many brackets at once, for roots of arrays."""
 
 from collections.abc import Callable
 

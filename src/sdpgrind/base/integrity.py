@@ -1,4 +1,4 @@
-"""The digest inside a NetCDF file, over all its bytes: written last, checked before any parser reads them.
+"""Digest in the file of a plan or a log, over all its bytes: written last, checked before any parser reads.
 
 Two attributes tell it: ``format = 2`` and ``integrity = "blake2b-256:"`` with 64 hexadecimal digits. The
 digest is BLAKE2b-256 of the file with these digits as "0". It shows damage, not forgery: who can write the

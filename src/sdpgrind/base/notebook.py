@@ -1,4 +1,4 @@
-"""What a notebook shows of an object: a caption and small tables, escaped."""
+"""Notebooks: a caption and small tables for an object, escaped."""
 
 from collections.abc import Iterable, Sequence
 from html import escape

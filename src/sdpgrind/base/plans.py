@@ -1,4 +1,4 @@
-"""Base class of plans."""
+"""Base class of plans: labelled arrays, files, text, pages, notebooks."""
 
 from abc import abstractmethod
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Description of a preset."""
+"""Description of a preset: content, source of its numbers, those chosen here."""
 
 from typing import NamedTuple
 

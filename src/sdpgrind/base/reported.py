@@ -1,4 +1,4 @@
-"""Results with a page of their own."""
+"""Results with a page of their own: the verb ``report``."""
 
 import os
 from collections.abc import Iterable

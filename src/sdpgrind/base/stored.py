@@ -1,4 +1,4 @@
-"""Frozen dataclasses as JSON in files."""
+"""Frozen dataclasses as JSON in files, each class under a name that no move changes."""
 
 import dataclasses
 import json

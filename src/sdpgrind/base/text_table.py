@@ -1,4 +1,4 @@
-"""Tables as plain text."""
+"""Tables as plain text, in aligned columns."""
 
 from collections.abc import Iterable, Sequence
 

@@ -1,4 +1,4 @@
-"""Estimation from data: fits, recursive filters, moments, densities."""
+"""Estimation from data: fits, recursive least squares, Kalman filter, moments, densities."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""Grinding physics: pure functions, each law once."""
+"""Grinding physics, each law once: power, burning, sliding force of the wheel, speed of the disc."""
 
 from sdpgrind.base import faces
 

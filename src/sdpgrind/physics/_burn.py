@@ -65,7 +65,7 @@ class BurningLimit(Described):
     u0 : float
         Energy carried away by the chips, J/mm^3.
     B : float
-        Heat that the surface can take up, J/(mm^2 s^(1/2)).
+        Burn threshold: heat that the surface can take up, J/(mm^2 s^(1/2)).
 
     Raises
     ------

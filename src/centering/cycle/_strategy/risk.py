@@ -1,4 +1,4 @@
-"""What a strategy risks where friction is not what it was told: times, pushes, parts thrown, by factor."""
+"""Risk of a strategy where friction is not what it was told: times, pushes, parts thrown, by factor."""
 
 from typing import TYPE_CHECKING, Any, Protocol, Self
 

@@ -22,12 +22,12 @@ class Finishing(AreaCommand):
     more = """
 The motion is planned within the limits of the joints; the torque axis holds the normal force while it is
 played. What the cell really is (friction, torque constant, load torque, a surface that is not as planned)
-differs from part to part; with --nominal it does not (not with a problem.toml).
-With --study nothing is repeated, but varied: tool, path, feed and force by an orthogonal array L18, one run
-each; the analysis, --confirm runs at the best settings, and what the remaining scatter costs who has to
-decide when to stop.
-With --program nothing is finished: the motion is planned and written as a program of the robot's controller
-into the folder of --out, after it was read back and compared with the plan.
+differs from part to part; with --nominal it does not.
+With --study an experiment is run: tool, path, feed and force vary by an orthogonal array L18, one run for
+each row; it is analysed, the best settings are confirmed by --confirm runs, and repeated passes are planned
+for the scatter that remains.
+With --program nothing is finished: the planned motion becomes a program of the robot's controller, which is
+read back and compared with the plan before it is written into the folder of --out.
 With --out the motion, the log, the journal and pictures are kept in a folder. Killed? The same command goes
 on after the last finished part, with the results that it would have had; a finished run is reported again.
 """

@@ -16,8 +16,9 @@ class Plunge(AreaCommand):
     name = "plunge"
     about = "plan the fastest plunge-grinding cycle and grind parts with it on a simulated grinder"
     more = """
-The plan is the bound: nothing is faster. The controller learns from size and power during a part, and between
-parts its margins shrink to what noise and scatter need; with --no-adapt they stay as they are.
+The plan is the bound: nothing is faster. The controller learns from size and power during a part, and hands
+on to the next part what it knows of wheel and machine, the roundness that it has to aim at, and the burn
+threshold where parts are inspected; with --no-adapt every part begins from the job alone.
 With --out the plan, the log, the journal and pictures are kept in a folder. Killed? The same command goes on
 after the last finished part, with the results that it would have had; a finished run is reported again.
 """
@@ -25,7 +26,7 @@ after the last finished part, with the results that it would have had; a finishe
     made_for = "a plunge cycle"
     presets, units = "simulation, experiment", "mm, s, N, J, W, rad"
     error_unit = "s"
-    switches: ClassVar[Mapping[str, str]] = {"--no-adapt": "the same margins for every part"}
+    switches: ClassVar[Mapping[str, str]] = {"--no-adapt": "every part begins from the job alone"}
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a grinder equal to its model, with noise."""
@@ -41,7 +42,7 @@ after the last finished part, with the results that it would have had; a finishe
         return planned(job.problem, progress)
 
     def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
-        """Learn margins between parts, except with --no-adapt."""
+        """Hand on to the next part what was learned, except with --no-adapt."""
         from sdpgrind import plunge
 
         return None if arguments.no_adapt else plunge.adaptation(job.problem)

@@ -28,6 +28,14 @@ def add_roundness(subparsers: Any) -> None:
         "with a unit, which limits and noise must have: 2.5um. Exit status: 0 done, 1 a limit is rejected or "
         "not decided, 2 wrong input.",
     )
+    _add_data(parser)
+    _add_evaluation(parser)
+    _add_decision(parser)
+    parser.set_defaults(work=work)
+
+
+def _add_data(parser: Any) -> None:
+    """What is read: the file, its columns, and what they are of."""
     parser.add_argument("file", type=Path, metavar="ring.csv", help="text, .tdms, .h5 or .x3p")
     parser.add_argument("--angle", metavar="NAME:UNIT", help="column of the spindle angle (the only one)")
     shown = parser.add_mutually_exclusive_group()
@@ -46,14 +54,22 @@ def add_roundness(subparsers: Any) -> None:
     parser.add_argument(
         "--remove-asperities", action="store_true", help="take dust and burrs out, and say so"
     )
+
+
+def _add_evaluation(parser: Any) -> None:
+    """How it is evaluated: filter and circle."""
     parser.add_argument("--filter", choices=_FILTERS, default="gaussian", help="filter (gaussian)")
     parser.add_argument(
         "--upr",
         metavar="UPR",
-        help="cut-off in undulations per revolution, of which the filter keeps fewer; or a band LOW-HIGH: "
-        "15-150 keeps waves of 15 to 150 a turn, 15- those from 15 on (50)",
+        help="cut-off in undulations per revolution: the filter keeps longer waves, with fewer a turn; or a "
+        "band LOW-HIGH: 15-150 keeps waves of 15 to 150 a turn, 15- those from 15 on (50)",
     )
     parser.add_argument("--circle", choices=_CIRCLES, default="LSC", help="reference circle (LSC)")
+
+
+def _add_decision(parser: Any) -> None:
+    """What is decided and compared, by which tester, and the sheet."""
     parser.add_argument("--limit", metavar="RONT", help="limit of RONt: accepted, rejected or not decided")
     parser.add_argument(
         "--harmonic-limit",
@@ -75,7 +91,6 @@ def add_roundness(subparsers: Any) -> None:
         "--height", metavar="H", help="height of the section above the table, for --instrument"
     )
     parser.add_argument("--report", type=Path, metavar="ring.html", help="write the sheet to sign")
-    parser.set_defaults(work=work)
 
 
 def work(arguments: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""What the command tells of a ring: a fact a line, the sheet, and whether its limits are known to be kept."""
+"""Facts of a ring for the terminal: one a line, the sheet, and whether its limits are known to be kept."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What was read, from where and how: the table that a colleague checks against the file."""
+"""Record of what was read, from where and how: the table that a colleague checks against the file."""
 
 import dataclasses
 import hashlib

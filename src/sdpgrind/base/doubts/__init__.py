@@ -1,1 +1,1 @@
-"""What data say about a problem, what they do not say, and what it costs not to know."""
+"""Doubts: what data say about a problem, what they do not say, and what it costs not to know."""

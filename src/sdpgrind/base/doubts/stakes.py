@@ -1,4 +1,4 @@
-"""What it costs not to know: the plan solved again at both ends of each interval."""
+"""Stakes: what it costs not to know, by the plan solved again at both ends of each interval."""
 
 import re
 from collections.abc import Callable, Iterable

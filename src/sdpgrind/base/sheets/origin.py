@@ -1,4 +1,4 @@
-"""What a page says of where it comes from: fields of a problem, versions, machine."""
+"""Origin of a page: fields of a problem, versions, machine."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""What `plan` does about placements: a search where a robot needs one, and what a search would do."""
+"""Placements in `plan`: a search where a robot needs one, and a hint at what a search would do."""
 
 from sdpgrind.base.progress import Progress, portion
 from sdpgrind.base.warned import warn

@@ -1,4 +1,4 @@
-"""What every writer is handed: name, frames, joints of the start, head; and numbers of fixed decimals."""
+"""Form of the text of a program: name, frames, joints of the start, head; numbers of fixed decimals."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple

@@ -69,7 +69,7 @@ def _base(form: TextForm) -> str:
 
 
 def _external(values: Floats, form: TextForm) -> str:
-    """External axes in deg or mm, behind a comma."""
+    """External axes E1 and E2 in deg or mm, behind a comma."""
     return "".join(f",E{k} {each}" for k, each in enumerate(shown_axes(values, form.units), 1))
 
 

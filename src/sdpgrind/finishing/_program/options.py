@@ -1,4 +1,4 @@
-"""What a program of a motion may be asked for, and of which motions and robots there is one."""
+"""Options of the program of a motion, and of which motions and robots there is one."""
 
 import re
 from collections.abc import Collection

@@ -1,4 +1,4 @@
-"""What a controller makes of a program: its moves, as a reader finds them."""
+"""Path that a controller makes of a program: its moves, as a reader finds them."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""Robots: kinematics of the arm and of serial robots, choice of branches, corners, torque per force."""
+"""Robots: kinematics of arm and serial robots (URDF), axes under the work, branches, torque per force."""
 
 from sdpgrind.base import faces
 

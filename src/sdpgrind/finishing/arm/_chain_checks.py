@@ -1,4 +1,4 @@
-"""What a robot of joints in series must be: rigid links in mm, limits in rad and mm that do not cross."""
+"""Checks of a robot of joints in series: rigid links in mm, limits in rad and mm that do not cross."""
 
 import math
 from collections.abc import Sequence

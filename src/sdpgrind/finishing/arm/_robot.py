@@ -1,4 +1,4 @@
-"""What the planner asks of any robot."""
+"""Protocol of a robot: what the planner asks of any."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable

@@ -1,4 +1,4 @@
-"""Tool paths over curved surfaces: zigzag, Hilbert curves, evenness, scallops."""
+"""Tool paths over curved surfaces: zigzag, Hilbert curves, rounded corners, lifts, evenness, scallops."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""Surfaces as B-splines, their derivatives, and ready-made ones."""
+"""Surfaces as B-splines, ready-made, from files or fitted to scans; patches with trimming."""
 
 from sdpgrind.base import faces
 

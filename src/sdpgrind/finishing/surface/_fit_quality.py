@@ -1,4 +1,4 @@
-"""How well a fitted surface holds the points that it was fitted to."""
+"""Quality of a fitted surface: its distances from the points that it was fitted to."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Time laws along a path within limits of joints, and the table that follows them."""
+"""Time laws along a path within limits of joints (speed, acceleration, jerk), and the table behind them."""
 
 from sdpgrind.base import faces
 

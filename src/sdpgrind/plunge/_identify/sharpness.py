@@ -21,6 +21,7 @@ NEAR = 0.95  # chosen: share of the greatest power above which the expected powe
 _FIT_STEPS = [1e-4, 1e-3]  # chosen: steps of the differences by contact zero, mm, and scale
 _PLATEAU = 3  # chosen: equal readings of the greatest power that show a clipping monitor
 _SETTLED = 0.02  # chosen: change, in standard deviations, below which rounds of rates and areas end
+_ROUNDS = 20  # chosen: rounds of rates and areas at most; more cost time where they never settle
 _LEAST, _MOST = 1e-6, 1.0  # chosen: range of the wear flat area
 
 
@@ -39,21 +40,12 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         count = int(clipped.sum())
         few = f"all {count} readings of the power are clipped" if count else "there is no power"
         return not_identified(NAME, UNIT, few)
-    before, mean = np.inf, model.wear_flat_area
     corrected = bool(np.any(cycle.read)) and not fault(cycle)
-    for _ in range(20):
-        trial = model.replace(wear_flat_area=float(np.clip(mean, _LEAST, _MOST)))
-        fit = fitted(cycle, trial) if corrected else None
-        rate = course(cycle, trial, *(fit.value[:2] if fit else ())).infeed_rate
-        each, grown = samples(cycle, trial, rate, usable, NEAR * top)
-        if each.size < MOVING:
-            held = f"{each.size} of {np.isfinite(cycle.grinding_power).sum()} readings of grinding_power"
-            wanted = f"are unclipped with {100 * SLIDING:.0f} % or more of sliding; {MOVING} are needed"
-            return not_identified(NAME, UNIT, f"{held} {wanted}")
-        earlier, before, mean = before, mean, float(each.mean())
-        change = min(abs(mean - before), abs(mean - earlier))  # a sample at a limit may come and go
-        if change <= max(_SETTLED * _of_mean(each) ** 0.5, 1e-5 * abs(mean)):
-            break
+    trial, fit, each, grown = _settled(cycle, model, usable, NEAR * top, corrected)
+    if each.size < MOVING:
+        held = f"{each.size} of {np.isfinite(cycle.grinding_power).sum()} readings of grinding_power"
+        wanted = f"are unclipped with {100 * SLIDING:.0f} % or more of sliding; {MOVING} are needed"
+        return not_identified(NAME, UNIT, f"{held} {wanted}")
     first = each - grown
     if not _LEAST < first.mean() <= _MOST:
         few = f"the power means a wear flat area of {first.mean():.3g}: look for a wrong zero or unit"
@@ -68,6 +60,28 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         (NAME,), first.mean(keepdims=True), np.full((1, 1), variance), units=(UNIT,), freedom=first.size - 1.0
     )
     return concluded(found, "the power says too little of it")
+
+
+def _settled(
+    cycle: Cycle, model: PlungeModel, usable: Mask, most: float, corrected: bool
+) -> tuple[PlungeModel, idf.Estimate | None, Floats, Floats]:
+    """Model, its fit of the size, areas of the samples and their growth, once rates and areas agree.
+
+    Areas follow from rates, and rates from the area of the model. Fewer than `MOVING` samples end it, too.
+    """
+    before, mean = np.inf, model.wear_flat_area
+    for _ in range(_ROUNDS):
+        trial = model.replace(wear_flat_area=float(np.clip(mean, _LEAST, _MOST)))
+        fit = fitted(cycle, trial) if corrected else None
+        rate = course(cycle, trial, *(fit.value[:2] if fit else ())).infeed_rate
+        each, grown = samples(cycle, trial, rate, usable, most)
+        if each.size < MOVING:
+            break
+        earlier, before, mean = before, mean, float(each.mean())
+        change = min(abs(mean - before), abs(mean - earlier))  # a sample at a limit may come and go
+        if change <= max(_SETTLED * _of_mean(each) ** 0.5, 1e-5 * abs(mean)):
+            break
+    return trial, fit, each, grown
 
 
 def _change(

@@ -1,4 +1,4 @@
-"""What a user does not know of a plunge cycle, as standard deviations."""
+"""Uncertainty of a plunge cycle: what a user does not know, as standard deviations."""
 
 from sdpgrind.base.quantities import Described, described, quantity
 

@@ -1,4 +1,4 @@
-"""What a refinement may cost: time and memory, predicted before each halving of the cells.
+"""Budget of a refinement: time and memory, predicted before each halving of the cells.
 
 The clock decides only which grid is the last: a budget changes no value of any grid.
 """

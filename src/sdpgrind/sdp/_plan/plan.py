@@ -197,12 +197,7 @@ def _refined(
         status = _end(problem, halvings, room, throw and hopeless > 1, budget)
         if (halvings > 1 and error <= tolerance) or status:
             solve = partial(_solve, refine=2**halvings, executor=executor, tell=silent)
-            shared = grid_error([each.shared for each in found])
-            error = max(error, shared + between_nodes(policy) + policy.table.search_error)
-            off = away_error(policy, found)
-            problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve, budget)
-            error += noise
-            policy.error_away = None if off is None else off + noise
+            problem, policy, error = _final(problem, policy, error, found, tolerance, solve, budget)
         policy.error = error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             policy.status = "tolerance reached"
@@ -214,6 +209,24 @@ def _refined(
             return policy
         before = policy
     raise AssertionError("a hopeless tolerance is refused before")
+
+
+def _final(
+    problem: Problem,
+    policy: Policy,
+    error: float,
+    found: list[GridChanges],
+    tolerance: float,
+    solve: Callable[[Problem], Policy],
+    budget: Resources,
+) -> tuple[Problem, Policy, float]:
+    """Problem, policy and error of the last grid, with what look-ups between nodes and quadrature add."""
+    shared = grid_error([each.shared for each in found])
+    error = max(error, shared + between_nodes(policy) + policy.table.search_error)
+    off = away_error(policy, found)
+    problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve, budget)
+    policy.error_away = None if off is None else off + noise
+    return problem, policy, error + noise
 
 
 def _single(

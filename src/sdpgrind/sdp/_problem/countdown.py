@@ -1,4 +1,4 @@
-"""Slices of a table by stage, to the deadline and beyond it (late side)."""
+"""Slices of a table by stage, to the deadline and beyond it (late side), and the charge on being late."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -173,26 +173,7 @@ def settled(step: Any, rest: Floats, start: Floats) -> Floats:
 
 def refuse_endless(problem: Problem, grid: Grid) -> None:
     """Raise if some state cannot reach a stop or a stopping edge, by backward sweeps."""
-    bare = dataclasses.replace(
-        problem,
-        axes=[dataclasses.replace(a, below=_free(a.below), above=_free(a.above)) for a in problem.axes],
-        moves=[
-            dataclasses.replace(
-                m,
-                charge=0.0,
-                to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to,
-            )
-            for m in problem.moves
-        ],
-        stops=[
-            dataclasses.replace(
-                s,
-                charge=Charge(Linear(0.0), Linear(0.0)) if isinstance(s.charge, Charge) else _nothing,
-                extra=None,
-            )
-            for s in problem.stops
-        ],
-    )
+    bare = _without_charges(problem)
     bundles, stops = Bundles(bare, grid), StopCharges(bare, grid)
     away = np.ones((len(problem.modes), grid.size))
     while True:
@@ -204,6 +185,27 @@ def refuse_endless(problem: Problem, grid: Grid) -> None:
     if np.any(away):
         place = _place(problem, grid, *np.argwhere(away)[0])
         raise ValueError(f"the process never ends from {place}: no policy reaches a stop from there")
+
+
+def _without_charges(problem: Problem) -> Problem:
+    """Return the problem with moves, stops and edges that cost nothing."""
+    replace = dataclasses.replace
+    return replace(
+        problem,
+        axes=[replace(a, below=_free(a.below), above=_free(a.above)) for a in problem.axes],
+        moves=[
+            replace(m, charge=0.0, to=replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to)
+            for m in problem.moves
+        ],
+        stops=[
+            replace(
+                s,
+                charge=Charge(Linear(0.0), Linear(0.0)) if isinstance(s.charge, Charge) else _nothing,
+                extra=None,
+            )
+            for s in problem.stops
+        ],
+    )
 
 
 def _free(edge: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Backward induction over a countdown, with stops and moves of several durations, on time and late.
+"""Backward induction over a countdown, with stops and moves of several durations; being late is charged.
 
 The value-to-go of stage n is finished first; then every move is evaluated *into* it, and the result kept
 until the stage ``n + duration`` of its start. Each slice is multiplied once, by all rows of all moves.

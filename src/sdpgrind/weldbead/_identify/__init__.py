@@ -1,1 +1,1 @@
-"""Coefficients, their scatter and its attribution from logs of passes."""
+"""Coefficients, their scatter and its attribution, the way beside the bead, from logs of passes."""

@@ -1,4 +1,4 @@
-"""Bottom tier of weld-bead grinding: force loop on a motor-driven table; Brown (1988), ch. 7 and App. B."""
+"""Bottom tier: force loop on a motor-driven table, designs, prediction; Brown (1988), ch. 7 and App. B."""
 
 from sdpgrind.base import faces
 

@@ -1,9 +1,8 @@
-"""Planned grinding sequence, looked up after each pass."""
+"""Planned grinding sequence: simulation, risk, sheets for operators, files; look-ups are in `_solved`."""
 
 import os
 from concurrent.futures import Executor
 from functools import cached_property
-from math import nan
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -18,7 +17,6 @@ from sdpgrind.base.plans import Plan
 from sdpgrind.base.progress import ProgressOption, reporting
 from sdpgrind.base.rng import Seed
 from sdpgrind.base.sheets.blocks import AmountTable
-from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._as_sdp import LEVELS, as_planned, sdp_problem, true_problem
 from sdpgrind.weldbead.sequence._band_sheet import BandSheet
 from sdpgrind.weldbead.sequence._exact import ExactTable
@@ -30,16 +28,16 @@ from sdpgrind.weldbead.sequence._sheet import first_passes
 from sdpgrind.weldbead.sequence._sheet_file import ending_of
 from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
 from sdpgrind.weldbead.sequence._simplified import HEIGHTS, covered, followed
+from sdpgrind.weldbead.sequence._solved import SolvedSequence
 
 if TYPE_CHECKING:
     from sdpgrind.codegen import Recipe, TablesAsked
 
 _PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
 _KNOWN = "sdpgrind.weldbead.sequence._known_beads:known_beads"
-_ONE = (float, int)  # types of a single coordinate
 
 
-class SequencePolicy(Plan):
+class SequencePolicy(SolvedSequence, Plan):
     """Planned grinding sequence, immutable: expected penalty ($) and next pass by height (mm) and time (s).
 
     Attributes
@@ -55,94 +53,10 @@ class SequencePolicy(Plan):
     kind = "weldbead.sequence"
 
     def __init__(self, problem: SequenceProblem, table: sdp.Policy, method: str = "cautious") -> None:
-        self.problem, self.table, self.method = problem, table, method
+        super().__init__(problem, table)
+        self.method = method
         self._promises: dict[Asked, Risk] = {}
         self._last_risk: tuple[str, Risk] | None = None  # what was asked: text and page of a run ask alike
-        self._durations = [move.duration * problem.stage for move in table.layout.moves]
-        self._feeds = [problem.feed_rate(each) for each in self._durations]
-
-    @property
-    def error(self) -> float | None:
-        """Estimated error of the expected penalty, $; None after a plan anew between passes."""
-        return self.table.error
-
-    @property
-    def error_away(self) -> float | None:
-        """Estimated error, $, over one cell from a jump of the over side's charge; None: that everywhere."""
-        return self.table.error_away
-
-    @property
-    def told_away(self) -> str:
-        """Words for `error_away`, $, behind those for `error`; "": there is none."""
-        return "" if self.error_away is None else f" ({self.error_away:.1g} $ away from its jump at 0 mm)"
-
-    @property
-    def nodes(self) -> int:
-        """Nodes of the height (mm)."""
-        return int(self.table.layout.axes[0].nodes)
-
-    @property
-    def levels(self) -> int:
-        """Levels of the normal force (N); with `nodes`, `plan` solves the same grid again, to the bit."""
-        moves = self.table.need_problem("the number of levels").moves
-        return max(move.levels.count for move in moves if move.levels)
-
-    @property
-    def status(self) -> str:
-        """Why the error ($) is no smaller: "tolerance reached", "time limit" or others of `sdp.Policy`."""
-        return self.table.status
-
-    # -- looking up ------------------------------------------------------------------------------------
-
-    def value(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
-        """Return the expected penalty-to-go, $.
-
-        Parameters
-        ----------
-        height : float or array
-            Mean bead height, mm; < 0: overground.
-        time_left : float or array
-            Time to the deadline, s; < 0: late. Between stages the answer is that of the stage below.
-        last_duration : float or array, optional
-            Duration of the last pass, s, one of the plan's; None: no pass yet. It matters where the finish is
-            charged.
-
-        Raises
-        ------
-        ValueError
-            Above the greatest height or the horizon of the plan, at a late time between stages of the table,
-            or for a last duration that is none of the plan's.
-        """
-        single = self.table.single
-        if last_duration is None and single and isinstance(height, _ONE) and isinstance(time_left, _ONE):
-            found = single.value(float(time_left), float(height))
-            if found is not None:
-                return found
-        return self.table.value(**self._state(height, time_left, last_duration))
-
-    def action(self, height: Any, time_left: Any, *, last_duration: Any = None) -> SequenceAction:
-        """Return the action at a height (mm) and a time left (s); see `value` for the arguments.
-
-        Within one duration the force is interpolated between nodes. Where neighbouring nodes differ in their
-        action, both are compared one step ahead; the answer is that of the side on which the state lies.
-        """
-        single = self.table.single
-        if last_duration is None and single and isinstance(height, _ONE) and isinstance(time_left, _ONE):
-            one = single.act(float(time_left), float(height))
-            if one is not None:
-                _, move, _, level, gained = one
-                if move < 0:
-                    return SequenceAction(True, 0.0, nan, nan, gained, self.problem)
-                seconds, speed = self._durations[move], self._feeds[move]
-                return SequenceAction(False, seconds, speed, level, gained, self.problem)
-        place = self.table.locate(self._state(height, time_left, last_duration))
-        best, _, force, gap = self.table.act(place)
-        which, stop = np.maximum(best, 0), best < 0
-        duration = np.where(stop, 0.0, np.asarray(self._durations)[which])
-        feed = np.where(stop, np.nan, np.asarray(self._feeds)[which])
-        fields: list[Any] = [stop, duration, feed, np.where(stop, np.nan, force), gap]
-        shaped = [x.reshape(place.shape) if place.shape else x.item() for x in fields]
-        return SequenceAction(shaped[0], shaped[1], shaped[2], shaped[3], shaped[4], self.problem)
 
     def __export__(self) -> "Recipe":
         """Return what `sdpgrind.export` writes of it."""
@@ -155,44 +69,6 @@ class SequencePolicy(Plan):
         from sdpgrind.weldbead.sequence._small_recipe import small_recipe_of
 
         return small_recipe_of(self, self._durations, self._feeds, asked)
-
-    def gradient(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
-        """Return the derivative of the expected penalty by height, $/mm; see `value` for the arguments."""
-        return self.table.gradient(height=height, time_left=time_left, **self._mode(last_duration))["height"]
-
-    def alternatives(
-        self, height: float, time_left: float, *, within: float, last_duration: float | None = None
-    ) -> dict[str, float]:
-        """Return each duration, or "stop", within `within` $ of the best, with its expected penalty, $.
-
-        `height` (mm), `time_left` (s) and `last_duration` (s) are numbers, as in `value`.
-        """
-        return self.table.alternatives(within, **self._state(height, time_left, last_duration))
-
-    def _state(self, height: Any, time_left: Any, last_duration: Any) -> dict[str, Any]:
-        """State for the table. Where the finish is charged, a bead just ground down gets no further pass.
-
-        The table holds at 0 the limit from above, where one more pass may pay: 0 counts as below.
-        """
-        mode = self._mode(last_duration)
-        if self.problem.finish_charge is not None:
-            height = np.where(np.equal(height, 0.0), -np.finfo(float).tiny, height)
-        return {"height": height, "time_left": time_left} | mode
-
-    def _mode(self, last_duration: Any) -> dict[str, Any]:
-        if last_duration is None:
-            return {}
-        durations = np.asarray(self._durations)
-        given = np.asarray(last_duration, dtype=float)
-        mode = np.argmin(np.abs(durations - given[..., None]), axis=-1)
-        for k in np.flatnonzero(np.abs(durations[np.ravel(mode)] - np.ravel(given)) > 1e-9):
-            raise checks.refuse(
-                "last_duration",
-                "one of " + ", ".join(f"{t:g}" for t in durations),
-                float(np.ravel(given)[k]),
-                "s",
-            )
-        return {} if self.problem.finish_charge is None else {"mode": mode + 1}
 
     # -- predicting ------------------------------------------------------------------------------------
 
