@@ -55,9 +55,7 @@ class Facts(NamedTuple):
 
     def _turns(self) -> Iterator[str]:
         """Line on turns that differ as those of two parts; none where they agree."""
-        from centering.circle._fit.identify import unlike_turns
-
-        if told := unlike_turns(self.profile.angle, self.profile.reading):
+        if told := self.profile.unlike_turns:
             yield f"note    {told.partition('?')[0]}? --section NAME=WORD takes one of several in a file"
 
     def _decision(self) -> str:
