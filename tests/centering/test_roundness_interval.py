@@ -42,6 +42,18 @@ def waves(rng, size, most):
     return np.fft.irfft(coef, size)
 
 
+@pytest.mark.parametrize("kind", ["LSC", "MZC"])
+def test_noise_above_what_was_measured_leaves_the_guaranteed_interval(kind):
+    """Turns 40 um apart: their difference is taken for noise, and draws of it lift above the measured form."""
+    angle = np.concatenate([ANGLE, ANGLE + 2 * np.pi])
+    shift = np.repeat([0.02, -0.02], ANGLE.size) * np.cos(angle)
+    noise = 2e-5 * np.random.default_rng(3).normal(size=angle.size)
+    circle = Profile(angle, 30.0 + shift + 1e-3 * np.cos(3 * angle) + noise).filter(upr=50).roundness(kind)
+    ends = circle.interval()
+    assert ends == circle.interval(method="guaranteed") and ends.method == "guaranteed"
+    assert ends.low <= ends.value == circle.ron_t < ends.high
+
+
 @settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_minimum_zones_of_many_forms_are_norms(seed):

@@ -86,6 +86,18 @@ def member(state, x, out):
     return 0
 
 
+@compiled(error_model="numpy")
+def behind(state, x, out):
+    out[0] = state[3]
+    return 0
+
+
+@compiled(error_model="numpy")
+def before(state, x, out):
+    state[-4] = x
+    return 0
+
+
 HALVES = np.array([0.5, 0.25], dtype=np.float32)
 
 
@@ -108,6 +120,8 @@ CASES = {
     fast: "fastmath is not translated; leave it out",
     sorted_: "the function median is not translated; use one of: sqrt",
     four_bytes: "arithmetic of four-byte floats is not translated; write np.float64(...)",
+    behind: "the index 3 of 3 elements is not translated; stay within them",
+    before: "the index -4 of 3 elements is not translated; stay within them",
     member: "in is not translated; use comparisons",
 }
 

@@ -133,6 +133,16 @@ def test_what_is_taken_as_it_is_the_problem_doubts(wrong):
     assert "a unit, or a size of the problem, is wrong" in told
 
 
+def test_a_power_with_that_of_the_motor_is_told_so():
+    log = hwsim.Log.read(SAMPLES / "bead_passes.csv", period=1.0, **BEAD)
+    table = {name: np.asarray(log["data"][name]) for name in ("grinding_power", "tangential_force")}
+    told = "or the power is that of a motor, with what it takes while the disc touches nothing"
+    problem = weldbead.preset("P1")
+    assert told not in " ".join(checks_of(problem, table))
+    assert told not in " ".join(checks_of(problem, table | {"grinding_power": table["grinding_power"] / 10}))
+    assert told in " ".join(checks_of(problem, table | {"grinding_power": table["grinding_power"] + 500.0}))
+
+
 def plunge(time, command, size, power=None):
     columns = {"t [s]": time, "v [mm/s]": command, "X [mm]": size}
     return columns if power is None else columns | {"P [W]": power}

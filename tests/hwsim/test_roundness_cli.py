@@ -127,6 +127,22 @@ def test_without_an_interval_no_decision_can_be_signed(ring, capsys, given):
     assert given[1] in last
 
 
+def test_turns_of_two_rings_are_told(capsys, tmp_path):
+    """Centres 18 and 20 um off, on opposite sides: the mean form is neither's, and nothing is decided."""
+    noise, rows = 0.02 * np.random.default_rng(3).normal(size=(2, ANGLE.size)), ["phi;dev (um)"]
+    for shift, lobes, each in ((18.0, 3, noise[0]), (-20.0, 2, noise[1])):
+        form = shift * np.cos(np.radians(ANGLE)) + 2 * np.cos(np.radians(lobes * ANGLE)) + each
+        rows += [f"{angle:.1f};{one:.3f}" for angle, one in zip(ANGLE, form, strict=True)]
+    both = tmp_path / "both.csv"
+    both.write_text("\n".join(rows))
+    code, out, err = told(capsys, both, *COLUMNS, "--limit", "10um")
+    assert code == 1 and not err and out.endswith("95 % guaranteed); limit 10 µm: not decided\n")
+    assert out.splitlines()[1].startswith(
+        "note    the centre differs by 38.0 µm from turn to turn, by more than 5"
+    )
+    assert "of another part? --section NAME=WORD takes one" in out
+
+
 def test_dust_is_noticed_unasked(ring, capsys, tmp_path):
     dusty = tmp_path / "dusty.csv"
     rows = ring.read_text().splitlines()

@@ -61,7 +61,7 @@ def waves_of(circle: Circle) -> Complex:
 
 
 def interval_of(circle: Circle, confidence: float, method: str) -> RoundnessInterval:
-    """Interval of RONt by a method, mm."""
+    """Interval of RONt by a method, mm; guaranteed where noise alone lifts it above the measured one."""
     kind, value, radius = circle.kind, circle.ron_t, circle.radius
     tail, pairs, best = 0.5 * (1 - confidence), pairs_for(confidence), value
     if not np.any(circle.noise_sd):
@@ -71,5 +71,8 @@ def interval_of(circle: Circle, confidence: float, method: str) -> RoundnessInte
     elif method == "guaranteed":
         low, high = guaranteed(kind, value, even_noise(circle, pairs), radius, tail)
     else:
-        low, high, best = calibrated(kind, value, waves_of(circle), even_noise(circle, pairs), radius, tail)
+        noise = even_noise(circle, pairs)
+        low, high, best = calibrated(kind, value, waves_of(circle), noise, radius, tail)
+        if high < best:  # below 0: the form is no part of what was measured, and the factors do not hold
+            (low, high), best, method = guaranteed(kind, value, noise, radius, tail), value, "guaranteed"
     return RoundnessInterval(low, high, best, confidence, method)

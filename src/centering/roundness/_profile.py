@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from centering.circle._fit.identify import unlike_turns
 from centering.roundness import _profile_record as profile_record
 from centering.roundness import _profile_steps as steps_of
 from centering.roundness._comparison import compared
@@ -258,6 +259,11 @@ class Profile(FormerNames, SteppedReadings, Plan):
     def dataset(self) -> xr.Dataset:
         """Samples as labelled arrays: angles in rad, lengths in mm; steps and their results as attributes."""
         return profile_record.dataset_of(self, self._left, self._sd)
+
+    @property
+    def unlike_turns(self) -> str:
+        """Sentence on turns that differ as those of two rings would, by their circles (mm); empty: alike."""
+        return unlike_turns(self.angle, self.reading)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> "Profile":

@@ -43,7 +43,7 @@ TIMES: Mapping[str, Times] = {
     "weldbead": Times(6.0, 0.7, 4.5, 17.0, "sdpgrind/weldbead/_plant/force_table_kernels.py:sample"),
     "weldbead --simple": Times(6.0, 0.03, 6.0, 9.0, "sdpgrind/sdp/_policy/look_up_kernels.py:act"),
     "demo": Times(0.0, 0.0, 5.0, 12.0, "sdpgrind/plunge/_plant/part_kernels.py:grind"),
-    "roundness": Times(0.0, 0.0, 5.0, 13.0, "centering/roundness/_ends_kernels.py:zone_widths"),
+    "roundness": Times(0.0, 0.0, 5.0, 13.0, "centering/roundness/_lsc_kernels.py:algebraic_centre"),
     "plunge": Times(0.3, 0.06, 4.7, 11.0, "sdpgrind/plunge/_plant/part_kernels.py:grind"),
     "locus": Times(0.5, 0.04, 5.0, 30.0, "sdpgrind/locus/_trace/table_kernels.py:look_up"),
     "finishing": Times(1.8, 0.05, 4.3, 17.0, _FINISHING),

@@ -153,7 +153,7 @@ def unlike_turns(angle: Any, reading: Any, turns: float | None = None) -> str:
                 told = f"the {what} differs by {amount(off, 'mm', 3)} from turn to turn"
                 return (
                     f"{told}, by more than {_SIGMAS:g} standard deviations; of another part? Log.read takes"
-                    ' its column, part="header"'
+                    ' its column, part="header", and Profile.read one of them, section=("header", ...)'
                 )
     return ""
 

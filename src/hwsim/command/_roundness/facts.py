@@ -30,6 +30,7 @@ class Facts(NamedTuple):
         """A fact a line."""
         yield f"file    {self.profile.source.files[0].name}: {len(self.profile.angle)} points"
         yield from (note for note in self.profile.source.notes if note.startswith("section "))
+        yield from self._turns()
         yield from (f"step    {step}" for step in self.profile.steps)
         yield f"filter  {self.circle.filter or 'none: all undulations'}"
         yield f"circle  {self.circle!r}"
@@ -51,6 +52,11 @@ class Facts(NamedTuple):
         limits = None if self.limit is None else {"RONt": self.limit}
         more = {"harmonics": self.harmonics, "change": self.change}
         return str(self.circle.report(path, limits=limits, **tester, **more))
+
+    def _turns(self) -> Iterator[str]:
+        """Line on turns that differ as those of two parts; none where they agree."""
+        if told := self.profile.unlike_turns:
+            yield f"note    {told.partition('?')[0]}? --section NAME=WORD takes one of several in a file"
 
     def _decision(self) -> str:
         """Decision on the limit: none without an interval, which a budget always has."""

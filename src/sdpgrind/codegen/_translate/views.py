@@ -190,7 +190,7 @@ class Views(Body):
 
     def _one(self, index: Value, node: ast.expr, extent: int | None) -> IndexedAxis:
         if index.count is not None:
-            return IndexedAxis(self._from_end(index.count, node, extent), (), -1)
+            return IndexedAxis(self._from_end(index.count, node, extent, behind=0), (), -1)
         return IndexedAxis(0, (self.guarded(self._whole(node, index), extent),), -1)
 
     def _whole(self, node: ast.AST, index: Value) -> Value:
@@ -205,12 +205,12 @@ class Views(Body):
             return within(index, PRODUCT)
         return f"{self.program.macro('AT')}({index.code}, {extent})"
 
-    def _from_end(self, count: int, node: ast.AST, extent: int | None) -> int:
-        if count >= 0:
-            if extent is not None and count > extent:
-                raise self.refused(node, f"the index {count} of {extent} elements", "stay within them")
-            return count
-        return self.known(node, extent) + count
+    def _from_end(self, count: int, node: ast.AST, extent: int | None, behind: int = 1) -> int:
+        """Return a place counted from the start; a slice may begin and end one `behind` the last."""
+        at = count if count >= 0 else self.known(node, extent) + count
+        if at < 0 or (extent is not None and at >= extent + behind):
+            raise self.refused(node, f"the index {count} of {extent} elements", "stay within them")
+        return at
 
     def _computed(self, node: ast.Slice, lower: Value) -> IndexedAxis:
         """Slice from a computed start: `[a : a + n]`, or one of unknown extent."""

@@ -14,6 +14,7 @@ from sdpgrind.weldbead.sequence._problem import SequenceProblem
 _READ = ("removal_rate", "cut_depth", "feed_rate", "grinding_power", "tangential_force", "normal_force")
 # chosen: relative; a bead that is narrower, and a power with its idle part, make less, kgf for N makes 9.8
 _PRODUCT, _POWER = 0.3, 0.5
+_FREE = ", or the power is that of a motor, with what it takes while the disc touches nothing: take that off"
 _GAIN = 0.9  # chosen: share of the standard deviation below which more passes are worth a sentence
 _MORE = (
     2  # chosen: passes at each end of the range; more narrow the interval little, by the root of their number
@@ -78,7 +79,11 @@ def checks_of(problem: SequenceProblem, table: Any) -> list[str]:
         product = np.asarray(physics.disk_power(torque, model.free_speed, model.speed_droop))
         found.append(
             _ratio(
-                "grinding_power", "tangential_force x disc speed", read["grinding_power"] / product, _POWER
+                "grinding_power",
+                "tangential_force x disc speed",
+                read["grinding_power"] / product,
+                _POWER,
+                greater=_FREE,
             )
         )
     if "normal_force" in read:
@@ -91,8 +96,10 @@ def checks_of(problem: SequenceProblem, table: Any) -> list[str]:
     return [sentence for sentence in found if sentence]
 
 
-def _ratio(name: str, product: str, ratio: Floats, tolerance: float) -> str:
+def _ratio(name: str, product: str, ratio: Floats, tolerance: float, greater: str = "") -> str:
+    """Sentence on a median ratio that is not 1; `greater`: a further cause of one above 1."""
     middle = float(np.nanmedian(ratio))
     if abs(middle - 1) <= tolerance:
         return ""
-    return f"{name} is {significant(middle, 3)} times {product}: a unit, or a size of the problem, is wrong."
+    causes = f"a unit, or a size of the problem, is wrong{greater if middle > 1 else ''}"
+    return f"{name} is {significant(middle, 3)} times {product}: {causes}."
