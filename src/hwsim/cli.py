@@ -2,17 +2,27 @@
 
 import argparse
 import gc
+import os
 import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
 from hwsim.command._export import add_export
 from hwsim.command._keys import add_keys
 from hwsim.command._roundness.command import add_roundness
-from hwsim.command._statuses import WRONG_INPUT, catch_signals, ended, forget_output, ignore_signals
+from hwsim.command._statuses import (
+    WRONG_INPUT,
+    catch_signals,
+    ended,
+    forget_output,
+    ignore_signals,
+    print_to_end,
+    say,
+)
 from hwsim.command._verify import add_verify
 from hwsim.command._warm import add_warm
 from hwsim.command._work import add_to
@@ -53,6 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     0
     """
     if argv is None:  # as a command, not from Python
+        _open_streams()
         catch_signals()
     try:
         with warnings.catch_warnings():
@@ -62,6 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 gc.set_threshold(*_SELDOM)
             status: int = arguments.work(arguments)
         sys.stdout.flush()  # the reader of ``hwsim weldbead ... | head`` may have closed it
+        print_to_end()
     except SystemExit:  # --help, --version, or wrong arguments
         _finish_output()
         raise
@@ -72,9 +84,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
+def _open_streams() -> None:
+    """Open the streams that a service, or ``2>&-``, did not give: no line goes elsewhere then."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115
+
+
 def _warn(message: Warning | str, *where: Any, **more: Any) -> None:
     """Print a warning in one line, without its place in the source."""
-    print(f"hwsim: warning: {' '.join(str(message).split())}", file=sys.stderr)
+    say(f"warning: {' '.join(str(message).split())}")
 
 
 def _finish_output() -> None:

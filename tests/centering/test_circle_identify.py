@@ -33,12 +33,17 @@ def log(parts):
     return type("Log", (), {"__getitem__": lambda self, name: {"probe": table}[name]})()
 
 
+def of_readings(angle, reading, **rules):
+    """Log of a file with angles and readings."""
+    table = {"t [s]": np.arange(angle.size) / 100, "a [rad]": angle, "r [mm]": reading}
+    return hwsim.Log.read(table, time="t", angle="a", reading="r", **rules)
+
+
 def scan(circles, noise):
     """A turn of each circle (radius, offset; mm) in one log, as from a file of which nobody named the parts."""
     angle = np.concatenate([TURN + 2 * np.pi * k for k in range(len(circles))])
     turns = [circle_reading(TURN, radius, offset, PHI) for radius, offset in circles]
-    table = {"t [s]": np.arange(angle.size) / 100, "a [rad]": angle, "r [mm]": np.concatenate(turns) + noise}
-    return hwsim.Log.read(table, time="t", angle="a", reading="r")
+    return of_readings(angle, np.concatenate(turns) + noise)
 
 
 @pytest.mark.parametrize(
@@ -53,6 +58,44 @@ def test_turns_of_two_parts_in_one_log_are_told(other, told):
             identify(both, "circle")
         sentences = preset("printed").doubts(both).sentences
         assert sum(sentence.startswith(told) for sentence in sentences) == 1
+
+
+@pytest.mark.parametrize("degrees", [100, 270, 350, 361, 1000])
+@pytest.mark.parametrize("on", [0, 360])
+def test_two_parts_are_told_whatever_the_arc_of_each(degrees, on):
+    """The angle begins again with each part, or goes on (a thousand degrees: by three turns)."""
+    angle = np.radians(np.arange(degrees))
+    parts = [circle_reading(angle, 40.0, offset, PHI) for offset in (0.05, 0.3)]
+    both = np.concatenate([angle, angle + np.radians(on * -(-degrees // 360))])
+    reading = np.concatenate(parts) + np.random.default_rng(3).normal(0.0, 2e-4, both.size)
+    with pytest.warns(UserWarning, match=r"centre differs by .* of another part\? Log.read takes its column"):
+        identify(of_readings(both, reading), "circle", turns=9)
+
+
+@pytest.mark.parametrize("upr, told", [(0.41, False), (0.0, True)])
+def test_an_axis_that_wanders_is_no_other_part_and_one_that_drifts_far_is_called_so(upr, told):
+    """A spindle error of 0.5 µm at the frequency of a cage; 10 µm of drift in three turns."""
+    angle = np.concatenate([TURN, TURN + 2 * np.pi, TURN + 4 * np.pi])
+    moved = 5e-4 * np.cos(upr * angle) if upr else 1e-2 * angle / angle[-1] * np.cos(angle)
+    noise = np.random.default_rng(4).normal(0.0, 2e-4, angle.size)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        identify(of_readings(angle, circle_reading(angle, 40.0, 0.05, PHI) + moved + noise), "circle")
+    assert ["did part or axis move, or is it of another part?" in str(each.message) for each in caught] == [
+        True
+    ] * told
+
+
+def test_turns_without_enough_readings_are_not_held_against_others():
+    """A turn without readings, its end alone, a spindle that stands still, deviations of both signs."""
+    angle = np.concatenate([TURN, TURN + 2 * np.pi, TURN + 4 * np.pi])
+    for there in (angle < 2 * np.pi) | (angle > 4 * np.pi), (angle < 2 * np.pi) | (angle > 18.8):
+        kept = angle[there]
+        assert identify(of_readings(kept, circle_reading(kept, 40.0, 0.05, PHI)), "circle").ok
+    still = np.concatenate([angle[:720], np.full(60, angle[720])])
+    assert identify(of_readings(still, circle_reading(still, 40.0, 0.05, PHI)), "circle").ok
+    shown = of_readings(angle, 0.04 + 0.05 * np.cos(angle - PHI), plausible=False)
+    assert identify(shown, "circle", method="limacon").offset == pytest.approx(0.05, rel=1e-9)
 
 
 @pytest.mark.parametrize("alike", [0.0, 0.8])

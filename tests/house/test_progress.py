@@ -99,8 +99,8 @@ class Clock:
 
     def __init__(self, monkeypatch, busy):
         self.cpu, self.busy = 0.0, busy
-        monkeypatch.setattr(progress.time, "process_time", lambda: self.cpu)
-        monkeypatch.setattr(progress.time, "monotonic", lambda: self.busy * self.cpu)
+        clocks = SimpleNamespace(process_time=lambda: self.cpu, monotonic=lambda: self.busy * self.cpu)
+        monkeypatch.setattr(progress, "time", clocks)  # not that of the test run
         monkeypatch.setattr(progress, "compile_time", progress.CompileTime())
 
 
@@ -204,6 +204,16 @@ def test_a_line_that_nobody_reads_ends():
         stream.close()
 
 
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_line_that_was_asked_for_needs_no_standard_error(monkeypatch, closed):
+    stream = io.StringIO()
+    stream.close()
+    monkeypatch.setattr(sys, "stderr", stream if closed else None)
+    with Speaker(every=0.0) as line:
+        line(0.5, "solving")
+    assert line.line().startswith(" 50 % solving")
+
+
 def test_the_logger_silences_what_nobody_asked_for(monkeypatch):
     assert progress.unasked() is sys.stderr
     monkeypatch.setattr(progress.logger, "level", logging.WARNING)
@@ -254,6 +264,28 @@ def test_what_a_verb_hands_on_was_not_asked_for_by_the_user(verb):
         return inside(progress=portion(progress, 0.0, 0.5))
 
     assert not outside() and outside(progress=lambda share, text: None)
+
+
+def kernel_of(module):
+    return SimpleNamespace(data={"dispatcher": SimpleNamespace(py_func=SimpleNamespace(__module__=module))})
+
+
+def test_compiling_that_is_interrupted_at_its_begin_is_over(monkeypatch):
+    """Else each later kernel would count as called by that one, and the clock of compiling would go on."""
+    monkeypatch.setattr(compile_line, "compile_time", progress.CompileTime())
+    monkeypatch.setattr(sys, "stderr", None)
+    listener, event = compile_line.Compiling(), kernel_of("sdpgrind.locus._trace")
+    for place in (listener, compile_line):
+        with monkeypatch.context() as patch:
+            patch.setattr(place, "_tell" if place is listener else "_area", lambda *given: 1 / 0)
+            with pytest.raises(ZeroDivisionError):
+                listener.on_start(event)
+        listener.on_end(event)  # as numba does
+        assert not compile_line.compile_time.under_way
+    monkeypatch.undo()
+    listener.on_start(kernel_of(None))  # made by exec
+    assert listener._area == "numba"
+    listener.on_end(kernel_of(None))
 
 
 def test_stages_are_logged_and_nothing_is_configured(caplog):

@@ -1,5 +1,6 @@
 """Pages of logs: the worst part is on top, a difference from the plan has a reason, a changed digit is found."""
 
+import copy
 import hashlib
 import json
 import math
@@ -243,6 +244,16 @@ def test_the_picture_of_the_worst_parts_names_the_part_it_shows(page, ground, no
         in text
     )
     assert f">Part {len(ground) - 1}, the last<" in pictures[1]
+
+
+def test_the_picture_of_the_worst_parts_says_what_spoiled_the_first_of_them(ground):
+    """A part out of round is worse than any slower one: the time alone would rank it last."""
+    spoiled = copy.deepcopy(ground)
+    best = int(np.argmin(spoiled.outcome.time.values))
+    spoiled.outcome["out_of_round"] = ("part", 1.0 * (np.arange(len(spoiled)) == best), {"units": "1"})
+    assert worst_parts(spoiled, charged_names(spoiled), 1) == [best]
+    told = rf"The 3 worst parts \(by out of round, then time\), worst last: .*, {best}\]"
+    assert re.search(told, spoiled.report())
 
 
 def test_several_pages_are_checked_together(page, tmp_path, capsys):

@@ -72,6 +72,23 @@ def test_a_fault_of_ours_is_one_line_and_a_file(capsys):
     kept.unlink()
 
 
+@pytest.mark.parametrize("closed", [True, False])
+def test_what_nobody_reads_on_standard_error_changes_nothing(closed):
+    """Closed, the first line of a command went to its output; with a reader that had gone nothing was done."""
+    command = [*COMMAND, "roundness", "tests/data/samples/ring.x3p", "--radius", "40"]
+    read, write = os.pipe()
+    os.close(read)
+    quiet = subprocess.run(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=write,
+        preexec_fn=(lambda: os.close(2)) if closed else None,
+        text=True,
+    )
+    os.close(write)
+    assert quiet.returncode == 0 and quiet.stdout.startswith("file    ring.x3p: 500 points\n")
+
+
 def test_a_second_writer_is_refused_with_the_first_ones_name(tmp_path, capsys):
     with locked(tmp_path):
         assert main([*BEADS, "--parts", "1", "--out", str(tmp_path)]) == 3

@@ -443,6 +443,28 @@ def test_two_parts_in_one_series_are_told_and_a_gauge_that_retreats_is_none(what
     assert told.ok == (what == "wear_flat_area") and "another part" not in told.message
 
 
+@pytest.mark.parametrize("at, readings, size", [(60, 1, -1.0), (200, 20, 0.0), (200, 20, -1.0), (15, 1, 0.5)])
+def test_a_spike_or_a_gauge_that_is_withdrawn_for_a_while_is_no_other_part(at, readings, size):
+    data = ground(NOMINAL, sd=5e-4)
+    data["size"][at : at + readings] = size
+    assert plunge.identify(data, "wear_flat_area", problem=NOMINAL).value == pytest.approx([0.026])
+    told = plunge.identify(data, "time_constant", problem=NOMINAL, throw=False)
+    assert "the size jumps back by" in told.message and "another part" not in told.message
+
+
+@pytest.mark.parametrize("between", [None, -1.0])
+def test_a_part_of_less_stock_before_another_is_told(between):
+    """Its size jumps back by a third of the range of both; a gauge without work may show anything."""
+    data = ground(NOMINAL, sd=5e-4)
+    short = {name: values[:100].copy() for name, values in data.items()}
+    if between is not None:
+        short["size"][-5:] = between
+    both = {name: np.concatenate([short[name], values]) for name, values in data.items()}
+    both["time"] = np.concatenate([short["time"], data["time"] + short["time"][-1] + 0.5])
+    told = plunge.identify(both, "wear_flat_area", problem=NOMINAL, throw=False)
+    assert not told.ok and "of another part" in told.message
+
+
 def test_a_gauge_in_steps_is_not_frozen():
     """1 um steps, in a spark-out in which many readings are equal."""
     data = ground(NOMINAL, sd=5e-4)

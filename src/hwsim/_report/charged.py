@@ -115,6 +115,14 @@ def telling(log: Any, names: tuple[str, ...]) -> list[str]:
     return [name for name in names if worst_part(name, values_of(log, name)) is not None]
 
 
+def ranked_by(log: Any, names: tuple[str, ...]) -> list[str]:
+    """Return by what parts are ranked, in the order in which it counts: what spoils a part comes first."""
+    broken = ["broken off"] if len({bool(each) for each in broken_off(log.outcome)}) > 1 else []
+    spoiled = [FAULTS[name] for name in _SCRAP if name in log.outcome and np.ptp(log.outcome[name].values)]
+    scrap = [" or ".join(spoiled)] if spoiled else []
+    return [*broken, *scrap, *(name.replace("_", " ") for name in telling(log, names))]
+
+
 def worst_parts(log: Any, names: tuple[str, ...], count: int) -> list[int]:
     """Return the worst parts, worst first: broken off, then scrap, then by the charged outcomes that differ.
 

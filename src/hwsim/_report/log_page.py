@@ -14,7 +14,7 @@ from hwsim._report.charged import (
     events_of,
     least_of,
     likeness,
-    telling,
+    ranked_by,
     values_of,
     worst_parts,
 )
@@ -112,7 +112,7 @@ def _of_run(log: Any, plan: Any, *, burns: bool) -> Iterator[Block]:
     yield _worst(log, charges)
     worst = worst_parts(log, charges.names, _WORST)
     if len(log) > len(worst):
-        yield worst_picture(log, worst, telling(log, charges.names))
+        yield worst_picture(log, worst, ranked_by(log, charges.names))
     if compared.amounts:
         yield Heading("Planned and realised")
         yield compared

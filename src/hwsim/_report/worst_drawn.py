@@ -7,12 +7,12 @@ from hwsim._log.log import of_parts
 from sdpgrind.base.sheets.blocks import Picture
 
 _FIRST_IN_DETAIL = ("ForceTableStand",)  # plants whose picture has the first part in detail, not the last
-_RANKED = 2  # chosen: outcomes named, as parts alike in two are seldom
+_RANKED = 2  # chosen: reasons named, as parts alike in two are seldom
 _NUMBERED = ("part", "bead")  # labels of axes of part numbers
 
 
 def worst_picture(log: Any, worst: Sequence[int], by: Sequence[str]) -> Picture:
-    """Return the picture of some parts, given worst first, by outcomes; they are named in the order drawn."""
+    """Return the picture of some parts, given worst first, and by what; they are named in the order drawn."""
     first = str(log.outcome.attrs.get("plant", "")) in _FIRST_IN_DETAIL
     order = list(worst) if first else list(worst)[::-1]
 
@@ -23,6 +23,6 @@ def worst_picture(log: Any, worst: Sequence[int], by: Sequence[str]) -> Picture:
                 axis.set_xticks(range(len(order)), list(map(str, order)))
         return figure
 
-    ranked = ", then ".join(name.replace("_", " ") for name in by[:_RANKED])
+    ranked = ", then ".join(by[:_RANKED])
     told = f"The {len(worst)} worst parts" + (f" (by {ranked})" if ranked else "")
     return Picture(f"{told}, worst {'first' if first else 'last'}: {', '.join(map(str, order))}", draw)

@@ -6,7 +6,7 @@ import sys
 import tempfile
 import traceback
 from types import FrameType
-from typing import Final
+from typing import Final, TextIO
 
 OK: Final = 0
 FAILED: Final = 1  # chosen: a part was broken off or aborted, or a page was changed
@@ -75,7 +75,7 @@ def ended(error: BaseException) -> int:
     if isinstance(error, BrokenPipeError):
         forget_output()
         return status
-    print(f"hwsim: {_sentence(error, status)}", file=sys.stderr)
+    say(_sentence(error, status))
     return status
 
 
@@ -113,6 +113,20 @@ def _kept(error: BaseException) -> str:
     return path
 
 
-def forget_output() -> None:
-    """Redirect the output to the null device, so that the interpreter does not fail at its end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def say(text: str) -> None:
+    """Print a line on standard error; where its reader has closed it the work goes on."""
+    print_to_end(f"hwsim: {text}\n")
+
+
+def print_to_end(text: str = "") -> None:
+    """Print a text, or the rest of one, on standard error; forget it where its reader has closed it."""
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except BrokenPipeError:
+        forget_output(sys.stderr)
+
+
+def forget_output(stream: TextIO | None = None) -> None:
+    """Redirect the output, or another stream, to the null device, so that the interpreter does not fail."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import sdpgrind
+from hwsim.command._statuses import say
 from sdpgrind.base.brief import counted
 
 
@@ -85,7 +86,7 @@ class Outlook(NamedTuple):
         if not self.whole:
             return
         known = " (measured on the example)" if self.plan or self.run else ""
-        print(f"hwsim: {self.line(parts, part)}{known}", file=sys.stderr, flush=True)
+        say(f"{self.line(parts, part)}{known}")
 
     def line(self, parts: int = 0, part: str = "part") -> str:
         """Return the time to come in words; `part` is what one of `parts` is called."""

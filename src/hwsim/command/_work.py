@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hwsim.command._machine import Stage, add_machine, check_machine, staged
 from hwsim.command._run_folder import RunFolder, differences, paged, with_kept
-from hwsim.command._statuses import FAILED, OK, ended, of_signal
+from hwsim.command._statuses import FAILED, OK, ended, of_signal, say
 from hwsim.command._times import UNKNOWN, Outlook
 from hwsim.command.base import AreaCommand, Job
 from sdpgrind.base.brief import counted
@@ -211,7 +211,7 @@ def announce(text: str) -> None:
     """Print what begins now on standard error."""
     if sys.stderr.isatty():
         redraw("")
-    print(f"hwsim: {text} ...", file=sys.stderr, flush=True)
+    say(f"{text} ...")
 
 
 def _check_numbers(area: AreaCommand, arguments: argparse.Namespace) -> None:

@@ -80,9 +80,12 @@ def unasked() -> TextIO | None:
 
     ``logging.getLogger("sdpgrind").setLevel("WARNING")`` silences them, as it silences the stages.
     """
-    stream: TextIO | None = sys.stderr
-    readable = stream is not None and not getattr(stream, "closed", False)
-    return stream if readable and logger.level <= logging.INFO else None
+    return _read_stream(sys.stderr) if logger.level <= logging.INFO else None
+
+
+def _read_stream(stream: TextIO | None) -> TextIO | None:
+    """Return the stream; None: it is closed, or the process began without it."""
+    return None if stream is None or getattr(stream, "closed", False) else stream
 
 
 class UnaskedLine:
@@ -153,15 +156,15 @@ class Speaker:
         shown: bool = True,
         known: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        self._stream = stream if stream is not None else sys.stderr
-        self._terminal = self._stream.isatty()
+        self._stream = _read_stream(stream if stream is not None else sys.stderr)
+        self._terminal = self._stream is not None and self._stream.isatty()
         self._every = every if every is not None else _REDRAW if self._terminal else EVERY
         self.spoken = -math.inf  # time of the last line, s
         self._patience = self._every  # s until the first line
         self._share, self._text, (self._whole, self._compiling) = 0.0, "starting", known
         self._begin, self._before = time.monotonic(), (time.process_time(), compile_time.spent)
         self._at_news = 0.0  # CPU time of the work when the share last changed, s
-        self._shown, self._ended = shown, threading.Event()
+        self._shown, self._ended = shown and self._stream is not None, threading.Event()
         self._thread = threading.Thread(target=self._repeat, daemon=True)
 
     def __enter__(self) -> Self:
@@ -174,7 +177,8 @@ class Speaker:
         if self._shown:
             self._thread.join()
             if self._terminal and self.spoken > -math.inf:
-                redraw("", self._stream)
+                with suppress(OSError, ValueError):  # nobody reads any more
+                    redraw("", self._stream)
 
     def __call__(self, share: float, text: str) -> None:
         """Set `share` (0..1) and `text`."""

@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 SHARED = 0.5  # chosen: largest share of different values among readings of a probe with steps
 ON_STEPS = 1e-3  # chosen: relative deviation from whole steps up to which readings lie on a grid
 TURN = 2 * pi
-ROUNDING = 1e-6  # chosen: share of a turn that is rounding of the angles
+ROUNDING = 1e-6  # chosen: rad, and share of a turn; rounding of the angles
 
 
 class Travel(NamedTuple):
@@ -45,12 +45,17 @@ def travel_of(angle: Floats) -> Travel:
     )
 
 
-def turns_of(angle: Floats) -> tuple[Any, int]:
-    """Number of the turn of each reading, along the travel, and number of whole turns."""
+def turns_of(angle: Floats) -> tuple[Any, Floats]:
+    """Number of the turn of each reading, along the travel, and its place in that turn, rad.
+
+    An arc of less than half a turn that begins again, as of the next part, counts as a turn, too.
+    """
     way = kernels.travelled(angle)
+    way = way if way[-1] >= way[0] else -way
     way -= way.min()
-    span = way.max() * (1 + 1 / max(way.size - 1, 1))  # with the step after the last reading
-    return np.floor(way / TURN + ROUNDING).astype(int), int(span / TURN + ROUNDING)
+    turn = np.floor(way / TURN + ROUNDING).astype(int)
+    again = np.concatenate([[0], np.cumsum(np.diff(way) < -0.5 * way.max())])
+    return turn + again, way - TURN * turn
 
 
 def seen_noise(

@@ -10,7 +10,17 @@ import numpy as np
 from centering.circle._fit.arguments import enough_angles, noise_of, readings
 from centering.circle._fit.estimate import NAMES, CircleEstimate
 from centering.circle._fit.fit import CONDITION, fit_circle
-from centering.circle._fit.fit_noise import Seen, Travel, seen_noise, step_noise, travel_of, turns_of
+from centering.circle._fit.fit_kernels import distinct
+from centering.circle._fit.fit_noise import (
+    ROUNDING,
+    TURN,
+    Seen,
+    Travel,
+    seen_noise,
+    step_noise,
+    travel_of,
+    turns_of,
+)
 from centering.circle._fit.limacon import MEARS, corrected_radius, limacon_bias, limacon_columns, whole_turns
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
@@ -21,8 +31,9 @@ from sdpgrind.identify import Status
 
 METHODS = ("exact", "limacon", "printed")
 NEAR = 0.01  # chosen: offset over radius above which the bias of a limacon over an arc is worth a warning
-_SIGMAS = 5.0  # chosen: by Gaussian noise turns of one part differ so once in some 300 000 scans
-_EXACT = 1e-9  # chosen: difference over the radius that is rounding
+_SIGMAS = 5.0  # chosen: of a reading, as axes wander by some; Gaussian noise differs so in 1 of 300 000 scans
+_READINGS = 12  # chosen: fewest directions of a turn that is held against another; fewer tell no scatter
+_EXACT = 1e-9  # chosen: difference over the reading that is rounding
 _UNITS = {"angle": "rad", "reading": "mm"}
 
 
@@ -137,25 +148,51 @@ def _pair(data: Any, part: int | None, turns: float | None) -> tuple[Any, Any]:
 
 
 def unlike_turns(angle: Any, reading: Any, turns: float | None = None) -> str:
-    """Sentence on whole turns whose circles differ, as of two parts in one scan; empty: they agree."""
+    """Sentence on turns whose circles differ, as of two parts in one scan; empty: they agree."""
     angle, reading = readings(angle, reading, turns)
-    turn, whole = turns_of(angle)
-    each = sorted({0, whole // 2, whole - 1}) if whole > 1 else []
-    seen = [fit_circle(angle[turn == k], reading[turn == k], turns=2.0, throw=False) for k in each]
-    for one, first in ((circle, seen[0]) for circle in seen[1:]):
-        apart = hypot(one.center_x - first.center_x, one.center_y - first.center_y)
-        larger = abs(one.radius - first.radius)
-        for what, off, sd in (
-            ("centre", apart, hypot(one.center_sd, first.center_sd)),
-            ("radius", larger, hypot(one.radius_sd, first.radius_sd)),
-        ):
-            if off > max(_SIGMAS * sd, _EXACT * first.radius):
-                told = f"the {what} differs by {amount(off, 'mm', 3)} from turn to turn"
-                return (
-                    f"{told}, by more than {_SIGMAS:g} standard deviations; of another part? Log.read takes"
-                    ' its column, part="header", and Profile.read one of them, section=("header", ...)'
-                )
+    turn, place = turns_of(angle)
+    filled = np.flatnonzero(np.bincount(turn) >= _READINGS)
+    for other in sorted({*filled[-2:], *filled[len(filled) // 2 :][:1]} - {*filled[:1]}):
+        arcs = _same_arc(place, turn == filled[0], turn == other)
+        one, another = (_arc_circle(angle[arc] % TURN, reading[arc]) for arc in arcs)
+        differs = _differ(one, another, _EXACT * float(np.abs(reading).max()))
+        if differs is not None:
+            return (
+                f"{differs} from turn to turn, by more than {_SIGMAS:g} standard deviations of a reading; did"
+                ' part or axis move, or is it of another part? Log.read takes its column, part="header", and'
+                ' Profile.read one of them, section=("header", ...)'
+            )
     return ""
+
+
+def _same_arc(place: Floats, *turns: Any) -> list[Any]:
+    """Rows of turns within the arc that all of them cover: on it the form of one part shifts all alike."""
+    first = max(place[rows].min() for rows in turns) - ROUNDING
+    last = min(place[rows].max() for rows in turns) + ROUNDING
+    return [rows & (place >= first) & (place <= last) for rows in turns]
+
+
+def _arc_circle(angle: Any, reading: Any) -> CircleEstimate | None:
+    """Circle of an arc, of a limacon where a probe shows deviations; None: too few directions."""
+    if distinct(angle, _READINGS) < _READINGS:
+        return None
+    if reading.min() <= 0:
+        return _limacon(angle, reading, 0.0, 0.0)
+    return fit_circle(angle, reading, turns=1.0, throw=False)
+
+
+def _differ(one: CircleEstimate | None, other: CircleEstimate | None, rounding: float) -> str | None:
+    """Difference of two circles in words; None: it is within noise, and within what an axis moves."""
+    if one is None or other is None:
+        return None
+    apart = hypot(one.center_x - other.center_x, one.center_y - other.center_y)
+    for what, off, sd in (
+        ("centre", apart, hypot(one.center_sd, other.center_sd)),
+        ("radius", abs(one.radius - other.radius), hypot(one.radius_sd, other.radius_sd)),
+    ):
+        if off > max(_SIGMAS * max(sd, one.noise_sd, other.noise_sd), rounding):
+            return f"the {what} differs by {amount(off, 'mm', 3)}"
+    return None
 
 
 def _read(angle: Any, reading: Any) -> tuple[Any, Any]:

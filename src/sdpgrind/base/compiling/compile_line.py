@@ -48,9 +48,9 @@ class Compiling(Listener):
 
     def on_start(self, event: Any) -> None:
         """Tell of a kernel that begins to compile."""
-        if self._depth == 0:
+        self._depth += 1  # first: numba tells the end of a kernel whose begin raised, too
+        if self._depth == 1:
             self._open(event.data["dispatcher"])
-        self._depth += 1
         self._tell(self._text())
 
     def on_end(self, event: Any) -> None:
@@ -102,10 +102,10 @@ class Compiling(Listener):
     def _close(self) -> None:
         if compile_time.under_way:
             compile_time.end()
+        line, self._line = self._line, None
         self._closing.close()
-        if self._line is not None:
-            self._spoken = max(self._spoken, self._line.spoken)
-            self._line = None
+        if line is not None:
+            self._spoken = max(self._spoken, line.spoken)
 
 
 listener = Compiling()
@@ -121,10 +121,16 @@ def listen() -> None:
 
 def _area(kernel: Any) -> str:
     """Return the area of a kernel: ``sdpgrind.locus._trace`` belongs to locus."""
-    parts: list[str] = kernel.py_func.__module__.split(".")
+    parts = _module(kernel)
     return parts[1] if parts[0] == "sdpgrind" and len(parts) > 1 else parts[0]
 
 
 def _ours(kernel: Any) -> bool:
     """Whether a kernel is no function of the user's own, or of numba's."""
-    return kernel.py_func.__module__.split(".")[0] in ("sdpgrind", "centering", "hwsim")
+    return _module(kernel)[0] in ("sdpgrind", "centering", "hwsim")
+
+
+def _module(kernel: Any) -> list[str]:
+    """Return the words of a kernel's module; one made by `exec` may have none."""
+    name: str = kernel.py_func.__module__ or "numba"
+    return name.split(".")

@@ -16,7 +16,7 @@ from sdpgrind.base.checks import Floats
 MOVING = 10  # chosen: least number of readings of a moving size; fewer leave the variance unknown
 _STILL = 10  # chosen: equal readings in a row that count as a frozen gauge
 _SIGMAS = 5.0  # chosen: rejects one good Gaussian reading in 1.7 million
-_ANOTHER = 0.5  # chosen: share of its range by which a size jumps back and grows again: of another part
+_ANOTHER = 0.5  # chosen: share of its range so far by which a size jumps back where another part begins
 _QUANTITIES = {"command_rate": "mm/s", "size": "mm", "grinding_power": "W", "power_saturated": "1"}
 
 
@@ -116,15 +116,15 @@ def fault(cycle: Cycle) -> str:
 
 def another_part(cycle: Cycle) -> str:
     """Reason why rows are those of more than one part; empty: nothing shows it."""
-    back = _jump_back(cycle)
-    if not back:
-        return ""
     size = cycle.size[cycle.read]
-    after = int(np.argmin(np.diff(size))) + 1
-    least = _ANOTHER * np.ptp(size)
-    if size[after - 1] - size[after] <= least or size[after:].max() - size[after] <= least:
-        return ""  # a gauge that retreats at the end of a part does not come back
-    return f'{back}; of another part? Log.read takes its column, part="header"'
+    so_far = np.maximum.accumulate(size) - np.minimum.accumulate(size)
+    back = size[:-1] - size[1:] > np.maximum(_ANOTHER * so_far[:-1], cycle.jitter)
+    for after in (np.flatnonzero(back) + 1).tolist():
+        low, high = size[after] + cycle.jitter, size[after - 1] - cycle.jitter
+        through = (size > low) & (size < high)
+        if min(through[:after].sum(), through[after:].sum()) >= MOVING:
+            return f'{_jump_at(cycle, after)}; of another part? Log.read takes its column, part="header"'
+    return ""  # a spike, or a gauge that is withdrawn, jumps over what a part grows through
 
 
 def _jump_back(cycle: Cycle) -> str:
@@ -132,8 +132,13 @@ def _jump_back(cycle: Cycle) -> str:
     drops = np.diff(cycle.size[cycle.read])
     if not drops.size or drops.min() >= -cycle.jitter:
         return ""
-    k = int(np.argmin(drops))
-    size_of_it = f"the size jumps back by {-drops[k]:.4g} mm at {cycle.time[cycle.read][k + 1]:.2f} s"
+    return _jump_at(cycle, int(np.argmin(drops)) + 1)
+
+
+def _jump_at(cycle: Cycle, after: int) -> str:
+    """Jump of the size back to the reading `after`, in words."""
+    size, time = cycle.size[cycle.read], cycle.time[cycle.read]
+    size_of_it = f"the size jumps back by {size[after - 1] - size[after]:.4g} mm at {time[after]:.2f} s"
     return f"{size_of_it}, more than {_SIGMAS:g} standard deviations of its noise"
 
 
