@@ -1,5 +1,6 @@
 """The predictive force controller as C: its kernels, and between them the program by the code that OSQP generates."""
 
+import re
 import shutil
 import subprocess
 from types import SimpleNamespace
@@ -71,6 +72,24 @@ def test_the_self_test_passes(made, tmp_path):
     subprocess.run(command, check=True)
     done = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=True)
     assert "0 of 2 digests of 1000 steps differ" in done.stdout
+
+
+def test_the_self_test_sees_the_state_after_a_reset(made, tmp_path):
+    """The first step of a pass sets all of the state: only a row that is refused leaves it."""
+    shutil.copytree(made.path, tmp_path / "x")
+    source = tmp_path / "x" / "press.c"
+    changed = re.sub(r"(_reset_state\[\d+\] = \{\s*)0\.0", r"\g<1>0.5", source.read_text())
+    assert changed != source.read_text()
+    source.write_text(changed)
+    sources = [*source.parent.glob("*.c")]
+    subprocess.run(["gcc", "-std=c99", "-O1", "-w", *sources, "-lm", "-o", tmp_path / "t"], check=True)
+    done = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "the state differs" in done.stdout
+
+
+def test_rows_of_the_program_are_no_table_of_the_kernels(made):
+    """They follow from the moves; hardly any of their numbers changes what a self-test could see."""
+    assert made.manifest["sizes"]["tables"] < 11_000 < 8 * made.recipe.program.rows.size + 10_000
 
 
 def test_the_program_stands_apart_with_its_licence(made):

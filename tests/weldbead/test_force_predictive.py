@@ -95,6 +95,29 @@ def test_program_against_a_second_solver(monkeypatch):
         assert found[0] == pytest.approx(v.value[0], abs=2e-3)
 
 
+def test_a_program_is_asked_for_where_the_law_breaks_its_rows(monkeypatch):
+    """The kernel tells by sums, moves and readings foreseen; the twin by the matrix that OSQP has."""
+    from sdpgrind.weldbead.force import _constrained
+
+    limits = force.Limits(command_max=0.78, command_rate_max=2.0, contact_force=40.0)
+    controller = force.PredictiveController(sine(), LAW, limits=limits)
+    ask, seen = _constrained.ask, []
+
+    def spy(core, state, estimate, room, *given):
+        asked = ask(core, state, estimate, room, *given)
+        _, low, high, moves = controller._program.parts(room)
+        reached = controller._program.rows @ moves
+        seen.append((asked, (reached < low - 1e-9) | (reached > high + 1e-9)))
+        return asked
+
+    monkeypatch.setattr(_constrained, "ask", spy)
+    force.simulate_loop(controller, duration=4.0, rng=1)
+    asked, broken = map(np.array, zip(*seen, strict=True))
+    assert np.array_equal(asked == 1, broken.any(axis=1))
+    kinds = np.split(broken, [LAW.horizon, 2 * LAW.horizon, 3 * LAW.horizon], axis=1)
+    assert 0.1 < asked.mean() < 0.9 and all(kind.any() for kind in kinds[:3])
+
+
 def test_limits_hold_and_are_foreseen():
     """With a slow table the program starts to move before the law that is only cut off."""
     limits = force.Limits(command_rate_max=0.9, command_max=0.78)

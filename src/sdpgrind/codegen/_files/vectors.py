@@ -112,17 +112,17 @@ def rows_of(recipe: Recipe, rng: np.random.Generator, count: int) -> tuple[Float
 def bounds_of(recipe: Recipe, chain: Floats) -> Floats:
     """Return inputs on both sides of each bound of each, infinite, and no numbers, among rows of a chain.
 
-    Rows of the chain stand between: a state that a row outside had changed would show there.
+    Rows of the chain stand between: a state that a row outside had changed would show there. The first row is
+    outside, where its input has bounds: what it leaves is the state after a reset.
     """
     usual = chain[: max(len(chain) // 2, 1)]
     rows: list[Floats] = []
     for j, (low, high) in enumerate(recipe.limits):
         ends = (low, high, np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
-        for value in (*ends, -np.inf, np.inf, *_GREATEST, np.nan):
+        for value in (*_GREATEST, *ends, -np.inf, np.inf, np.nan):
             row = usual[len(rows) % len(usual)].copy()
-            rows.append(row.copy())
-            row[j] = value
-            rows.append(row)
+            rows += [row, row.copy()]
+            rows[-2][j] = value
     return np.array(rows)
 
 

@@ -117,7 +117,7 @@ class PredictiveController(ForceController):
         model, drift, look = law.scaled, law.drifting, law.prediction
         return PredictiveCore(
             *(model.A, model.B, model.C, drift.A, drift.B, drift.C, law.corrects),
-            *(look.free, look.held, look.moves, look.gain, self._rows()),
+            *(look.free, look.held, look.moves, look.gain),
             *(
                 core.stiffness,
                 core.low,
@@ -154,4 +154,4 @@ class PredictiveController(ForceController):
         hessian = np.zeros((n + 1, n + 1))
         hessian[:n, :n], hessian[n, n] = look.hessian, _SLACK_WEIGHT
         linear = np.append(look.moves.T @ np.full(n, _TYPICAL), 0.0)
-        return StepProgram(hessian, self._predicts.rows, linear, _SETTINGS, BIG, width(BEHIND))
+        return StepProgram(hessian, self._rows(), linear, _SETTINGS, BIG, width(BEHIND))

@@ -37,7 +37,6 @@ class PredictiveCore(NamedTuple):
     held: Floats
     moves: Floats
     gain: Floats
-    rows: Floats
     stiffness: float
     low: float
     high: float
@@ -87,12 +86,20 @@ def _bounds(core, foreseen, rest, base, demands, positions, low, high):
 
 
 @compiled(error_model="numpy")
-def _kept(rows, moves, low, high):
-    """Whether moves keep all limits; cut these to what OSQP takes."""
-    kept = True
+def _kept(effects, moves, low, high):
+    """Whether moves keep all limits; cut these to what OSQP takes.
+
+    Rows of the program: sums of the moves, each move, readings by their `effects` with the slack, the slack.
+    """
+    n, total, kept = effects.shape[0], 0.0, True
+    reached = np.empty(low.size)
+    for k in range(n):
+        total += moves[k]
+        reached[k], reached[n + k] = total, moves[k]
+        reached[2 * n + k] = _dot(effects[k], moves) + moves[n]
+    reached[3 * n] = moves[n]
     for i in range(low.size):
-        reached = _dot(rows[i], moves)
-        kept = kept and low[i] - _WITHIN <= reached <= high[i] + _WITHIN
+        kept = kept and low[i] - _WITHIN <= reached[i] <= high[i] + _WITHIN
         low[i], high[i] = max(low[i], -BIG), min(high[i], BIG)
     return kept
 
@@ -112,7 +119,7 @@ def ask(core, state, estimate, room, force, demands, positions):
         innovation = force - wanted - _dot(core.drift_c, estimate)
         for i in range(estimate.size):
             estimate[i] += core.corrects[i] * innovation
-    bounds, unknowns = core.rows.shape
+    bounds, unknowns = 3 * n + 1, n + 1
     linear, low = room[:unknowns], room[unknowns : unknowns + bounds]
     high = room[unknowns + bounds : unknowns + 2 * bounds]
     moves, base = room[unknowns + 2 * bounds : 2 * (unknowns + bounds)], np.empty(n)
@@ -124,7 +131,7 @@ def ask(core, state, estimate, room, force, demands, positions):
     _bounds(core, foreseen, rest, base, demands, positions, low, high)
     behind = room[room.size - _BEHIND :].view(BEHIND)[0]
     behind.demand, behind.position = demands[0], positions[0]
-    if _kept(core.rows, moves, low, high):
+    if _kept(core.moves, moves, low, high):
         return 0
     return 1
 
