@@ -64,17 +64,14 @@ def _contours(axis: Any, log: PartLog) -> None:
         scans = [k for k in range(table.sizes["row"]) if np.isfinite(table.profile.values[k]).any()]
         for k, row in enumerate(scans):
             shade = str(0.75 - 0.6 * k / max(1, len(scans)))
-            label = None if k else "scanned, the later the darker"
-            axis.plot(
-                table.profile_x.values[row], table.profile.values[row], color=shade, lw=0.7, label=label
-            )
+            axis.plot(table.profile_x.values[row], table.profile.values[row], color=shade, lw=0.7)
     left = log.outcome.contour.values[0]
     attrs = log.outcome.attrs
     x = float(attrs["grid_start"]) + float(attrs["grid_spacing"]) * np.arange(left.size)
     axis.plot(x, left, color=_REAL, lw=1.2, label="left at the end, true")
     axis.axhline(0, color=_PLAN, lw=1)
     axis.set(xlabel="along the bead [mm]", ylabel="height [mm]")
-    axis.set_title(f"Contours of {_bead(log)}", loc="left")
+    axis.set_title(f"Contours of {_bead(log)}, the later the darker", loc="left")
     pictures.legend(axis)
 
 
