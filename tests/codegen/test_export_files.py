@@ -221,6 +221,28 @@ def test_a_check_tells_how_far_it_is(tmp_path):
     assert told[-1][1] == "100 steps of each build: gcc -O0 from step 0 on"
 
 
+@needs_gcc
+@pytest.mark.parametrize(
+    "line, other, told",
+    [
+        ("? 1 : 0;", "? 1 : 5;", "status 5, expected 0"),
+        ("-5.0), 5.0)", "-5.0), 5.0) + 64.0", r"out\[0\] = 6\S+, expected -?\d\S+"),
+        ("(out[0] - state[9])", "(out[0] - state[9]) + 64", r"state\[9\] = 6\S+, expected -?\d\S+"),
+    ],
+    ids=["status", "output", "state"],
+)
+def test_a_check_tells_what_differs_first(tmp_path, line, other, told):
+    made = sdpgrind.export(recipe(), tmp_path / "smith")
+    source = made.path / "smith.c"
+    text = source.read_text()
+    assert text.count(line) == 1
+    source.write_text(text.replace(line, other))
+    found = made.check(100, ["gcc"], levels=["-O0"], targets=[])
+    assert re.fullmatch(rf"differs: .* differ by gcc -O0; first step \d+ by gcc -O0: {told}", str(found)), (
+        found
+    )
+
+
 def test_an_export_that_fails_leaves_the_old_one(tmp_path, monkeypatch):
     first = sdpgrind.export(recipe(), tmp_path / "smith")
     before = {path.name: path.read_bytes() for path in first.path.iterdir()}

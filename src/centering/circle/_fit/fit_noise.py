@@ -45,7 +45,7 @@ def travel_of(angle: Floats) -> Travel:
     )
 
 
-def turns_of(angle: Floats) -> tuple[Any, Floats]:
+def turn_and_place(angle: Floats) -> tuple[Any, Floats]:
     """Number of the turn of each reading, along the travel, and its place in that turn, rad.
 
     An arc of less than half a turn that begins again, as of the next part, counts as a turn, too.

@@ -19,7 +19,7 @@ from centering.circle._fit.fit_noise import (
     seen_noise,
     step_noise,
     travel_of,
-    turns_of,
+    turn_and_place,
 )
 from centering.circle._fit.limacon import MEARS, corrected_radius, limacon_bias, limacon_columns, whole_turns
 from sdpgrind import identify as idf
@@ -150,7 +150,7 @@ def _pair(data: Any, part: int | None, turns: float | None) -> tuple[Any, Any]:
 def unlike_turns(angle: Any, reading: Any, turns: float | None = None) -> str:
     """Sentence on turns whose circles differ, as of two parts in one scan; empty: they agree."""
     angle, reading = readings(angle, reading, turns)
-    turn, place = turns_of(angle)
+    turn, place = turn_and_place(angle)
     filled = np.flatnonzero(np.bincount(turn) >= _READINGS)
     for other in sorted({*filled[-2:], *filled[len(filled) // 2 :][:1]} - {*filled[:1]}):
         arcs = _same_arc(place, turn == filled[0], turn == other)

@@ -38,6 +38,8 @@ class Difference:
         Of the C.
     wanted, wanted_state : tuple of float
         Outputs and state of the reference.
+    status, wanted_status : int
+        Of the C and of the reference, as the header lists them.
     """
 
     build: str
@@ -47,6 +49,21 @@ class Difference:
     wanted: tuple[float, ...]
     state: tuple[float, ...]
     wanted_state: tuple[float, ...]
+    status: int
+    wanted_status: int
+
+    def __str__(self) -> str:
+        """First number that differs: the status, one of the outputs, or one of the state."""
+        told = f"first step {self.step} by {self.build}"
+        if self.status != self.wanted_status:
+            return f"{told}: status {self.status}, expected {self.wanted_status}"
+        pairs = (("out", self.outputs, self.wanted), ("state", self.state, self.wanted_state))
+        for name, found, wanted in pairs:
+            wrong = vector_kernels.differing(*(np.array([one]).T.view(np.uint64) for one in (found, wanted)))
+            if wrong.any():
+                k = int(np.argmax(wrong))
+                return f"{told}: {name}[{k}] = {found[k]!r}, expected {wanted[k]!r}"
+        return told
 
 
 @dataclass(frozen=True)
@@ -86,9 +103,10 @@ class ExportCheck:
 
     def __str__(self) -> str:
         differ = [f"{count} differ by {build}" for build, count in self.builds.items() if count]
+        first = [] if self.first is None else [str(self.first)]
         steps = [f"{self.states} steps of {', '.join(self.builds) or 'no build'}"]
         absent = [f"left out: {', '.join(self.missing)}"] if self.missing else []
-        return f"{self.status}: {'; '.join([*steps, *differ, *absent])}"
+        return f"{self.status}: {'; '.join([*steps, *differ, *first, *absent])}"
 
     @property
     def differing(self) -> int:
@@ -188,4 +206,5 @@ def _wrong(found: Answers, wanted: Answers) -> Any:
 def _difference(build: str, begin: int, k: int, rows: Floats, found: Answers, wanted: Answers) -> Difference:
     places = (rows, found.outputs, wanted.outputs, found.states, wanted.states)
     told = [tuple(map(float, one[k])) for one in places]
-    return Difference(build, begin + k, told[0], told[1], told[2], told[3], told[4])
+    codes = int(found.codes[k]), int(wanted.codes[k])
+    return Difference(build, begin + k, told[0], told[1], told[2], told[3], told[4], *codes)
