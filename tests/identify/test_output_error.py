@@ -83,6 +83,8 @@ def test_what_is_not_determined():
     same = {"residual": lambda v: read - decay(T, v[0] + v[1], 1.4), "start": [1.0, 1.0], "scale": [1.0, 1.0]}
     fit = identify.output_error(**same, throw=False)
     assert fit.status is identify.Status.UNDETERMINED and np.all(np.isinf(fit.sd))
+    assert repr(fit).startswith(f"Estimate({fit.names[0]} not determined, {fit.names[1]} not determined; ")
+    assert fit._repr_html_().count("not determined") == 2 + fit.message.count("not determined")
     with pytest.raises(ValueError, match="the data do not determine all values"):
         identify.output_error(**same)
     with pytest.raises(ValueError, match="residual must be at least 5 readings for first order noise; got 2"):

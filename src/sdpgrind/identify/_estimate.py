@@ -137,7 +137,8 @@ class Estimate(Frozen):
         units = ("" if unit == "1" else unit for unit in self.units)
         rows = zip(self.names, self.value, self.sd, units, strict=True)
         shown = ", ".join(
-            f"{name} = {value:.6g} ± {sd:.2g} {unit}".rstrip() for name, value, sd, unit in rows
+            f"{name} = {value:.6g} ± {sd:.2g} {unit}".rstrip() if sd < np.inf else f"{name} not determined"
+            for name, value, sd, unit in rows
         )
         return f"Estimate({shown}; {self.message})"
 
@@ -145,6 +146,8 @@ class Estimate(Frozen):
         ends = self.interval()
         rows = [
             (name, f"{value:.6g}", f"{sd:.2g}", f"{low:.6g} to {high:.6g}", "" if unit == "1" else unit)
+            if sd < np.inf
+            else (name, "not determined", "", "", "")
             for name, value, sd, (low, high), unit in zip(
                 self.names, self.value, self.sd, ends, self.units, strict=True
             )
