@@ -82,7 +82,7 @@ def test_commands_played_by_another_integrator(changes):
 
 def test_wear_in_proportion_to_the_stock_as_by_dynamic_programming():
     worn = NOMINAL.replace(wear=plunge.Wear(0.03))
-    stages = plunge.plan(worn, method="dp")
+    stages = plunge.plan(worn, method="dp", steps=120)
     best = plunge.plan(worn, method="collocation", steps=120)
     assert best.time == pytest.approx(stages.time, rel=2e-4)
     assert best.time >= stages.time * (1 - 3e-5)
