@@ -212,7 +212,8 @@ def test_the_largest_radius_of_a_filtered_profile_is_that_between_samples_too(pr
 
     coarse = turn(1, 4000)
     height, step = far(coarse), np.linspace(-1.0, 1.0, 201) * 2 * np.pi / 4000
-    fine = coarse[height > height.max() - 1e-5, None] + step  # 1 um of 40 upr is 1e-6 lower a step from its top
+    # 1 um of 40 upr is 1e-6 mm lower a step from its top
+    fine = coarse[height > height.max() - 1e-5, None] + step
     assert clean.largest_radius(about) == pytest.approx(far(fine.ravel()).max(), abs=1e-9)
     sampled = np.hypot(*(clean.points - np.array(about)).T).max() - clean.tip_radius
     assert clean.largest_radius(about) >= sampled
