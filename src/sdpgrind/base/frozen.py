@@ -40,11 +40,11 @@ class Frozen:
 
 
 def _fields(thing: Any) -> frozenset[str]:
-    return _fields_of(type(thing))
+    return _fields_of(thing.__class__)
 
 
 @cache
-def _fields_of(cls: type) -> frozenset[str]:
+def _fields_of(cls: Any) -> frozenset[str]:
     known = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
     return frozenset(field.name for field in known)
 

@@ -308,7 +308,8 @@ def _solve(job: CollocationTask, start: Guess, strategy: str) -> CollocationFoun
 
     nlp = CollocationProgram(job, start)
     program = {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)}
-    options = {"print_time": False, "no_nlp_grad": True, "ipopt": IPOPT | {"mu_strategy": strategy}}
+    ipopt = IPOPT | {"mu_strategy": strategy}
+    options: dict[str, Any] = {"print_time": False, "no_nlp_grad": True, "ipopt": ipopt}
     solver = casadi.nlpsol("cycle", "ipopt", program, options)
     low, high = np.array(nlp.low), np.array(nlp.high)
     found = solver(x0=nlp.start, lbx=nlp.lower, ubx=nlp.upper, lbg=low, ubg=high)
