@@ -152,7 +152,7 @@ def test_least_of_noisy_readings_is_too_small_by_what_is_taken_off():
 def test_gauges_that_are_better_than_is_believed(share):
     """The noise that is declared is not subtracted from anything: no part burns."""
     noise = hwsim.GrinderNoise(share * 5e-4, share * 0.01)
-    for outcome in learned(PROBLEM, noise=noise, firsts=6, series=2, parts=10, rng=2):
+    for outcome in learned(PROBLEM, noise=noise, firsts=6, series=1, parts=18, rng=2):
         assert not outcome.burned.any() and outcome.part_slack.min() > 1e-4
         assert float(outcome.time.mean()) < 1.012 * FASTEST
 
@@ -257,7 +257,7 @@ def test_recommended_chain_elsewhere(name, factor):
         owner = PROBLEM if hasattr(PROBLEM, name) else PROBLEM.model
         problem = PROBLEM.replace(**{name: factor * getattr(owner, name)})
     best = plunge.plan(problem).time
-    for outcome in learned(problem, firsts=6, series=2, parts=13, rng=2):
+    for outcome in learned(problem, firsts=6, series=1, parts=20, rng=2):
         assert not outcome.burned.any()
         assert float(outcome.time.mean()) < 1.015 * best
 
