@@ -45,8 +45,8 @@ def measured(
     noise=0.0,
     rng=0,
 ):
-    """Readings: the tip's centre c + (R + tip + form + runout) u(beta) must lie on the line at `angle`; beta
-    by bisection.
+    """Readings: the tip's centre c + far(beta) u(beta), far = R + tip + form + runout, must lie on the line at
+    `angle`: far(beta) sin(beta - angle) = offset sin(angle - direction), by iteration.
     """
     c = offset * np.array([np.cos(direction), np.sin(direction)])
     amplitude, ratio, phase = runout
@@ -55,17 +55,13 @@ def measured(
         late = 0.0 if slip is None else np.where(beta > slip[0], slip[1] / tip, 0.0)
         return RADIUS + tip + form(beta, lobes or {}) + amplitude * np.cos(ratio * beta - phase + late)
 
-    def across(beta):
-        x, y = c[0] + far(beta) * np.cos(beta), c[1] + far(beta) * np.sin(beta)
-        return x * np.sin(angle) - y * np.cos(angle)  # falls through 0 as beta rises through the answer
-
-    low, high = angle - np.pi / 2, angle + np.pi / 2
-    for _ in range(60):
-        middle = (low + high) / 2
-        above = across(middle) > 0
-        low, high = np.where(above, middle, low), np.where(above, high, middle)
-    beta = (low + high) / 2
-    reading = np.hypot(c[0] + far(beta) * np.cos(beta), c[1] + far(beta) * np.sin(beta)) - tip
+    beta, aside = angle, offset * np.sin(angle - direction)
+    for _ in range(6):  # each reduces the error by offset/far times the slope of the form: 200 times or more
+        beta = angle + np.arcsin(aside / far(beta))
+        if offset == 0.0:
+            break
+    away = far(beta)
+    reading = np.hypot(c[0] + away * np.cos(beta), c[1] + away * np.sin(beta)) - tip
     return reading + noise * np.random.default_rng(rng).normal(size=angle.size)
 
 

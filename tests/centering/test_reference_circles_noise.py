@@ -35,11 +35,21 @@ def filtered(form):
     return [Profile(TURN, scan).filter("gaussian", upr=50) for scan in scans]
 
 
+@cache
+def parts(form):
+    rng = np.random.default_rng(5)
+    return [noisy(form, rng) for _ in range(STUDY)]
+
+
+@cache
+def study(form, kind):
+    return [reference_circle(points, kind, noise_sd=NOISE) for points in parts(form)]
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("form", FORMS)
 def test_uncertainty_is_that_of_a_study(form, kind):
-    rng = np.random.default_rng(5)
-    found = [reference_circle(noisy(form, rng), kind, noise_sd=NOISE) for _ in range(STUDY)]
+    found = study(form, kind)
     told = np.array([circle.value_sd for circle in found[:8]]) / np.std([circle.value for circle in found])
     assert 0.7 < np.median(told) < 1.4
     assert 0.7 < np.sqrt(np.mean(told**2)) < 1.4
@@ -49,8 +59,7 @@ def test_uncertainty_is_that_of_a_study(form, kind):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("form", ["round", "three lobes", "rough", "less rough"])
 def test_what_noise_adds_is_that_of_a_study(form, kind):
-    rng = np.random.default_rng(6)
-    found = [reference_circle(noisy(form, rng), kind, noise_sd=NOISE) for _ in range(STUDY)]
+    found = study(form, kind)
     true = (
         np.mean([circle.value for circle in found])
         - reference_circle(on_rays(TURN, 30 + FORMS[form]), kind).value

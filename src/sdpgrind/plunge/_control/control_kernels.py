@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._control.cycle_kernels import advance_axis, cycle_step, start_cycle
+from sdpgrind.plunge._control.cycle_kernels import advance_axis, cycle_step, estimate, start_cycle
 from sdpgrind.plunge._control.filter_state import FILTER
 from sdpgrind.plunge._control.sections_kernels import section_step
 from sdpgrind.plunge._control.state import (
@@ -51,6 +51,16 @@ def control_step(state, parameters, size, power):
     else:
         state[COMMAND] = section_step(state, law, size, _usable(state, law, size))
     return state[COMMAND]
+
+
+@compiled(error_model="numpy")
+def follow_step(state, parameters, size, power, command):
+    """Update the estimates by size (mm) and power (W), NaN: no reading; the command (mm/s) was given."""
+    law = parameters.view(LAW)[0]
+    filtered = state[FILTERED:].view(FILTER)[0]
+    advance_axis(state, filtered, law)
+    estimate(state, filtered, law, size, power, _usable(state, law, size))
+    state[COMMAND] = command
 
 
 @compiled(error_model="numpy", inline="always")

@@ -198,17 +198,24 @@ def at_size(state, s, law, waits):
 
 
 @compiled(error_model="numpy")
-def cycle_step(state, s, law, size, power, usable):
-    """Update by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
-    if s.mean[K] <= 0.0:  # guard: a state that was never started
-        state[SECTION] = RETRACT
-        return 0.0
+def estimate(state, s, law, size, power, usable):
+    """Update the estimates by size (mm) and power (W), NaN: no reading; return the wheel as it is now."""
     read_all(state, s, law, size, power - law.idle_power, usable)
     x, core = deflected(s, s.axis), _worn(law, s.mean[A])
     s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, core)
     state[RATE], state[REMAINING], state[BALANCED] = s.rate, law.stock - s.mean[Q], 0.0
     state[ZERO], state[SCALE], state[SHARPNESS] = s.mean[C] / s.mean[K], 1.0 / s.mean[K], s.mean[A]
-    gone = ahead(s, law, x, core) if state[TOUCHED] != NO else 0.0
+    return core
+
+
+@compiled(error_model="numpy")
+def cycle_step(state, s, law, size, power, usable):
+    """Update by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
+    if s.mean[K] <= 0.0:  # guard: a state that was never started
+        state[SECTION] = RETRACT
+        return 0.0
+    core = estimate(state, s, law, size, power, usable)
+    gone = ahead(s, law, deflected(s, s.axis), core) if state[TOUCHED] != NO else 0.0
     most, final, state[SATURATED] = safe_position(s, law, gone)
     waits = state[SECTION] == SPARK_OUT and s.rate > WAIT * final
     if at_size(state, s, law, waits) or state[MISSED] >= MISSED_MAX:

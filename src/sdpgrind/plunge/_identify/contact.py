@@ -5,6 +5,7 @@ the wheel grinds, plus the offset of the gauge. The contact zero shows where the
 scale where the rate changes; so one part determines all three.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from sdpgrind.plunge._plan.replay_kernels import deflections
 CONTACT, RATIO, TAU = ("contact_zero", "mm"), ("normal_force_ratio", "1"), ("time_constant", "s")
 SCALES = (0.1, 10.0)  # chosen: range of the deflection relative to the model
 _FIRST = 3  # chosen: readings of the first guess of the offset; of more the part has moved
+_KEPT = 8  # chosen: courses kept, as another offset needs none and differences come back to the middle
 _STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
 
 
@@ -44,8 +46,13 @@ def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
     The first two are those of `course`. The offset is a value of its own, as a gauge may begin anywhere.
     """
     reach, begin = float(cycle.infeed[-1]), float(np.mean(cycle.size[cycle.read][:_FIRST]))
+
+    @lru_cache(maxsize=_KEPT)
+    def size(zero: float, scale: float) -> Floats:
+        return course(cycle, model, zero, scale).size
+
     fit = idf.output_error(
-        lambda values: residual(cycle, model, values),
+        lambda values: _left(cycle, size(values[0], values[1]), values[2]),
         [0.0, 1.0, begin],
         scale=[1e-2, 0.1, 1e-3],
         low=[-reach, SCALES[0], -np.inf],
@@ -58,7 +65,11 @@ def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
 def residual(cycle: Cycle, model: PlungeModel, values: Floats) -> Floats:
     """Sizes read (mm) less those of the model, for values as in `fitted`."""
     zero, scale, offset = values
-    return np.asarray((cycle.size - course(cycle, model, zero, scale).size)[cycle.read] - offset)
+    return _left(cycle, course(cycle, model, zero, scale).size, offset)
+
+
+def _left(cycle: Cycle, size: Floats, offset: float) -> Floats:
+    return np.asarray((cycle.size - size)[cycle.read] - offset)
 
 
 def contact_zero(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:

@@ -308,14 +308,14 @@ def _solve(job: CollocationTask, start: Guess, strategy: str) -> CollocationFoun
 
     nlp = CollocationProgram(job, start)
     program = {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)}
-    solver = casadi.nlpsol(
-        "cycle", "ipopt", program, {"print_time": False, "ipopt": IPOPT | {"mu_strategy": strategy}}
-    )
+    ipopt = IPOPT | {"mu_strategy": strategy}
+    options: dict[str, Any] = {"print_time": False, "no_nlp_grad": True, "ipopt": ipopt}
+    solver = casadi.nlpsol("cycle", "ipopt", program, options)
     low, high = np.array(nlp.low), np.array(nlp.high)
     found = solver(x0=nlp.start, lbx=nlp.lower, ubx=nlp.upper, lbg=low, ubg=high)
     x, stats, residual = np.asarray(found["x"]).ravel(), solver.stats(), np.inf
     if np.all(np.isfinite(x)):
-        residual = _residual(nlp, found, low, high)
+        residual = _residual(nlp, solver, found, low, high)
     else:
         x = np.array(nlp.start)
     message = SOLVED if residual <= RESIDUAL else f"not solved: IPOPT says {stats['return_status']}"
@@ -330,19 +330,14 @@ def _commands(nlp: CollocationProgram, x: Floats) -> Commands:
     return Commands(command, np.diff(time), parts.get("rotation", np.full(nlp.count, nlp.job.rotation[0])))
 
 
-def _residual(nlp: CollocationProgram, found: Any, low: Floats, high: Floats) -> float:
+def _residual(nlp: CollocationProgram, solver: Any, found: Any, low: Floats, high: Floats) -> float:
     """Greatest violation of the conditions of Karush, Kuhn and Tucker, scaled as the unknowns.
 
     Relative to the mean multiplier where that exceeds 100, as in IPOPT.
     """
-    import casadi
-
-    g = casadi.vertcat(*nlp.conditions)
-    price = casadi.SX.sym("price", g.shape[0])
-    slope = casadi.Function(
-        "slope", [nlp.unknowns, price], [casadi.gradient(nlp.cost + casadi.dot(price, g), nlp.unknowns), g]
-    )
-    flat, value = (np.asarray(part).ravel() for part in slope(found["x"], found["lam_g"]))
+    slope = solver.get_function("nlp_grad_f")(found["x"], [])[1]
+    value, slopes = solver.get_function("nlp_jac_g")(found["x"], [])
+    flat, value = (np.asarray(part).ravel() for part in (slope + slopes.T @ found["lam_g"], value))
     x, of_x, of_g = (np.asarray(found[name]).ravel() for name in ("x", "lam_x", "lam_g"))
     size = max(1.0, float(np.mean(np.abs(np.concatenate([of_x, of_g])))) / 100)
     worst = float(np.max(np.abs(flat + of_x))) / size
