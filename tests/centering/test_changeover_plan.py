@@ -99,8 +99,8 @@ def errors_of(lobes, noise_sd, runs, offset=0.05, **options):
 
 
 def test_parts_stand_out_as_often_as_told():
-    """120 rings with one highest place exceed 0, 1 and 2 sd as often as the probability says."""
-    runs = 120
+    """300 rings with one highest place exceed 0, 1 and 2 sd as often as the probability says."""
+    runs = 300
     errors = errors_of({2: 0.002}, 3e-5, runs)
     assert errors.mean() == pytest.approx(0.1, abs=4 / np.sqrt(runs))
     assert errors.std() == pytest.approx(1.0, abs=4 / np.sqrt(2 * runs))
@@ -112,7 +112,7 @@ def test_parts_stand_out_as_often_as_told():
 
 def test_parts_of_many_high_places_stand_out_more_seldom():
     """Noise as large as the form: the fitted maximum is one or two sd too high."""
-    errors = errors_of({2: 0.002}, 1e-3, 40)
+    errors = errors_of({2: 0.002}, 1e-3, 60)
     assert 0.5 < errors.mean() < 2.0
     assert np.mean(errors < 0) <= 0.5 and np.mean(errors < -1) <= 0.16
 

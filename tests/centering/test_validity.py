@@ -54,10 +54,10 @@ def allowed_misses(runs, share=0.001):
 @pytest.mark.parametrize("model", ["limacon", "exact"])
 @pytest.mark.parametrize("offset", [20.0, 1.0])
 def test_statement_covers(offset, model):
-    _, amplitude, _, band = first_valids(offset, model, 500, 2)
-    assert np.count_nonzero(amplitude > band) <= allowed_misses(500)
-    _, _, center, band = first_valids(offset, model, 500, 2, joint=True)
-    assert np.count_nonzero(center > band) <= allowed_misses(500)
+    _, amplitude, _, band = first_valids(offset, model, 1000, 2)
+    assert np.count_nonzero(amplitude > band) <= allowed_misses(1000)
+    _, _, center, band = first_valids(offset, model, 1000, 2, joint=True)
+    assert np.count_nonzero(center > band) <= allowed_misses(1000)
 
 
 def test_statement_covers_small_offset_over_turns():

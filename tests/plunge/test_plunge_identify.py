@@ -200,14 +200,14 @@ def test_the_area_from_the_power():
 def test_power_that_resembles_its_neighbours_says_less():
     """A drift of 1 %, autocorrelation 0.8: three times the standard deviation of the mean."""
     exact, alike, pulls = ground(NOMINAL), 0.8, []
-    drifts = np.random.default_rng(0).standard_normal((36, exact["time"].size))
+    drifts = np.random.default_rng(0).standard_normal((64, exact["time"].size))
     for drift in drifts:
         drift[1:] *= np.sqrt(1 - alike**2)
         drift[:] = signal.lfilter([1.0], [1.0, -alike], drift)
         data = exact | {"grinding_power": exact["grinding_power"] * (1 + 0.01 * drift)}
         fit = plunge.identify(data, "wear_flat_area", problem=NOMINAL)
         pulls.append((fit["wear_flat_area"] - NOMINAL.model.wear_flat_area) / fit.sd[0])
-    assert np.std(pulls) == pytest.approx(1.1, abs=0.4) and abs(np.mean(pulls)) < 4 / np.sqrt(36)
+    assert np.std(pulls) == pytest.approx(1.1, abs=0.4) and abs(np.mean(pulls)) < 4 / np.sqrt(64)
 
 
 @pytest.mark.parametrize(

@@ -58,16 +58,16 @@ def test_the_estimate_has_the_predicted_chance():
 
 
 def test_good_parts_at_the_margin_burn_as_predicted():
-    """Given the past each part burns with 1 - confidence: 12.5 +- 3.5 of 1250 at 0.99, 5 sd allowed."""
+    """Given the past each part burns with 1 - confidence: 20 +- 4.5 of 2000 at 0.99, 5 sd allowed."""
     rng, burned = np.random.default_rng(3), 0
-    for _ in range(25):
+    for _ in range(40):
         threshold, eta = plunge.BurnThreshold(PROBLEM, confidence=0.99), 0.045 * rng.standard_normal()
         for _ in range(50):
             margin = threshold.margin
             bad = bool(eta + 0.005 * rng.standard_normal() > margin)
             burned += bad
             threshold.update(reserve=margin, burned=bad)
-    assert 1 <= burned <= 30
+    assert 1 <= burned <= 43
 
 
 def test_good_parts_teach_little_and_a_test_much():
