@@ -23,6 +23,11 @@ def sweep(E, F, G, d, most):
     n, m = d.shape
     least = 1e-9 * np.sqrt(min(E.max(), G.max()))
     changed = np.where(d < np.inf, 0, -1)  # sweep in which a node last changed
+    due = np.zeros((n, m), np.bool_)  # a neighbour on the grid has changed since
+    for i in range(n):
+        for j in range(m):
+            if changed[i, j] == 0:
+                _call(due, i, j)
     for rounds in range(1, most + 1):
         change = 0.0
         for corner in range(4):
@@ -31,12 +36,14 @@ def sweep(E, F, G, d, most):
                 i = a if corner & 1 == 0 else n - 1 - a
                 for b in range(m):
                     j = b if corner & 2 == 0 else m - 1 - b
-                    if _settled(E[i, j], F[i, j], G[i, j], changed, i, j, number - 1):
+                    if not due[i, j] and _settled(E[i, j], F[i, j], G[i, j], changed, i, j, number - 1):
                         continue
+                    due[i, j] = False
                     found = _least(E[i, j], F[i, j], G[i, j], d, i, j)[0]
                     if found < d[i, j]:
                         change = max(change, d[i, j] - found)
                         d[i, j], changed[i, j] = found, number
+                        _call(due, i, j)
         if change <= least:
             return rounds
     return most + 1
@@ -57,13 +64,25 @@ def refine(E, F, G, d, known, order, fixed):
 
 
 @compiled
+def _call(due, i, j):
+    """Mark the neighbours on the grid of a node that has changed."""
+    for p in range(max(i - 1, 0), min(i + 2, due.shape[0])):
+        for q in range(max(j - 1, 0), min(j + 2, due.shape[1])):
+            due[p, q] |= p != i or q != j
+
+
+@compiled
 def _settled(e, f, g, changed, i, j, since):
-    """Whether no node has changed `since` through which a node may take its distance."""
-    for steps in (_acute(e, f, g)[1], _GRID):
-        for k in range(8):
-            p, q = _node(steps, i, j, k, 1)
-            if 0 <= p < changed.shape[0] and 0 <= q < changed.shape[1] and changed[p, q] >= since:
-                return False
+    """Whether no node has changed `since` that shorter steps lead to, where those of the grid span an obtuse
+    triangle.
+    """
+    if abs(f) <= min(e, g):
+        return True
+    steps = _acute(e, f, g)[1]
+    for k in range(8):
+        p, q = _node(steps, i, j, k, 1)
+        if 0 <= p < changed.shape[0] and 0 <= q < changed.shape[1] and changed[p, q] >= since:
+            return False
     return True
 
 

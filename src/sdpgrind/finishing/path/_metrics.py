@@ -109,13 +109,13 @@ def metrics(
     radius = checks.positive("footprint_radius", footprint_radius, "mm")
     pitch, length = path.pitch, float(sum(each.length for each in own))
     on_surface = _least(radius / SURFACE_SHARE, pitch / SURFACE_PITCH, "surface_step", surface_step)
+    first = first_step(path.surface, radius, pitch, on_surface)
+    cells = sample_count(path.surface, first) + ALONG * length / on_surface
+    _refuse_work("surface_step", on_surface, cells)
     lines, on_path = _lines(own, min(radius, pitch), path_step)
     steps = np.concatenate([np.linalg.norm(np.diff(each.points, axis=0), axis=1) for each in own])
     areas = None if len(own) > 1 or (patch is not None and patch.trim) else cell_areas(own[0])
     covered = CoveredArea(path.surface, patch)
-    first = first_step(path.surface, radius, pitch, on_surface)
-    cells = sample_count(path.surface, first) + ALONG * length / on_surface
-    _refuse_work("surface_step", on_surface, cells)
     edges = edges_of(path.surface, first, on_surface, BORDER if covered.trimmed else 0)
     coverage, farthest = Coverage(covered, Nearest(lines), radius, edges).measured()
     return PathMetrics(

@@ -2,16 +2,29 @@
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._nearest_kernels import distances, sort_into_cells
+from sdpgrind.finishing.path._samples import Ints
 
 CELLS_MAX = 2**21  # chosen: 16 MB
-RINGS = 2  # chosen: cells around that of a point; what is farther is found by a tree of the ends of legs
+RINGS = 2  # chosen: cells around that of a point; what is farther is sought in wider ones
+WIDER = 5  # chosen: width of cells over that of the lattice before
+LATTICES = 3  # chosen: how many; what is still farther is found by a tree of the ends of legs
 ENDS = 8  # chosen: ends whose legs are tried there at first; ever twice as many where these do not tell
+
+
+class Lattice(NamedTuple):
+    """Numbers of legs cell by cell, where each cell begins, width of cells (mm), and their counts (3,)."""
+
+    leg: Ints
+    begin: Ints
+    width: float
+    shape: Ints
 
 
 class Nearest:
@@ -25,17 +38,30 @@ class Nearest:
         longest = float(np.linalg.norm(self._end - self._start, axis=1).max())
         self._longest = longest
         self._width = max(longest, _least_width(widths), 1e-9)
-        self._shape = np.maximum(np.ceil(widths / self._width), 1).astype(np.int64)
-        self._legs = sort_into_cells(self._start, self._end, self._low, self._width, self._shape)
+        self._widths = widths
+        self._lattices = [self._lattice(self._width)]
+
+    def _lattice(self, width: float) -> Lattice:
+        """Legs by the cells of a width, mm."""
+        shape = np.maximum(np.ceil(self._widths / width), 1).astype(np.int64)
+        return Lattice(*sort_into_cells(self._start, self._end, self._low, width, shape), width, shape)
 
     def distance(self, point: Floats) -> Floats:
         """Distances of points (n, 3) from the nearest leg, mm."""
-        found = distances(
-            *(np.ascontiguousarray(point), self._start, self._end, *self._legs),
-            *(self._low, self._width, self._shape, RINGS),
-        )
+        found = self._within(np.ascontiguousarray(point), 0)
+        for number in range(1, LATTICES):
+            if (far := np.isnan(found)).any():
+                found[far] = self._within(point[far], number)
         if (far := np.isnan(found)).any():
             found[far] = self._far(point[far])
+        return found
+
+    def _within(self, point: Floats, number: int) -> Floats:
+        """Distances told by the cells of a lattice, mm; NaN: by none of those around."""
+        if number == len(self._lattices):
+            self._lattices.append(self._lattice(self._width * WIDER**number))
+        leg, begin, width, shape = self._lattices[number]
+        found = distances(point, self._start, self._end, leg, begin, self._low, width, shape, RINGS)
         return np.asarray(found)
 
     def _far(self, point: Floats) -> Floats:

@@ -1,7 +1,7 @@
 """The unit square in the direction of its passes: s along them, c across."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -61,15 +61,10 @@ class Square:
 
     def gaps(self, across: bool = True) -> Gaps:
         """Gaps of lines of constant c, or of those of constant s."""
-        first, second = (self._both_sides(side) for side in ((0, 1) if across else (1, 0)))
-        rows, places = graded(first, ROWS - 1), with_middles(graded(second, INTERVALS))
-        if across:
-            return gaps_of(*self.tangents(rows[:, None], places), places)
-        by_s, by_c = self.tangents(places, rows[:, None])
-        return gaps_of(by_c, by_s, places)
+        return _gaps(self, across)
 
-    def _both_sides(self, side: int) -> Floats:
-        """Breaks with a place just before each crease, as derivatives at a knot are those behind it."""
+    def both_sides(self, side: int) -> Floats:
+        """Return breaks with a place just before each crease: derivatives at a knot are those behind it."""
         axis = side if self.along == "u" else 1 - side
         low, high = self.surface.domain[axis]
         places = [
@@ -83,3 +78,13 @@ class Square:
             return np.array([0.0, 1.0])
         knots = self.surface.breaks[side if self.along == "u" else 1 - side]
         return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))
+
+
+@lru_cache(maxsize=8)  # chosen: of a few surfaces, for other pitches; 1 MB each
+def _gaps(square: Square, across: bool) -> Gaps:
+    first, second = (square.both_sides(side) for side in ((0, 1) if across else (1, 0)))
+    rows, places = graded(first, ROWS - 1), with_middles(graded(second, INTERVALS))
+    if across:
+        return gaps_of(*square.tangents(rows[:, None], places), places)
+    by_s, by_c = square.tangents(places, rows[:, None])
+    return gaps_of(by_c, by_s, places)
