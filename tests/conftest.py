@@ -111,6 +111,14 @@ def few_pushes(monkeypatch):
     monkeypatch.setattr(plan, "Size", lambda: size(offsets=32, frictions=3))
 
 
+@pytest.fixture(scope="module")
+def sketched():
+    """Pictures of pages as empty frames: for files that look at numbers, lines, files and refusals."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sdpgrind.base.sheets.page.svg_of", lambda draw, prefix: f'<svg id="{prefix}"></svg>')
+        yield
+
+
 @contextmanager
 def _without_garbage():
     gc.disable()

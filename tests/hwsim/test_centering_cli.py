@@ -17,6 +17,7 @@ from hwsim.cli import main
 from sdpgrind import units
 from sdpgrind.base.progress import silent
 
+pytestmark = pytest.mark.usefixtures("sketched")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "centering.toml"
 KEPT = ["film.png", "run.db", "run.nc", "run.png", "strategy.nc", "strategy.png"]
 KINDS = tuple(PushKind("trapezoid", speed, True) for speed in (5.0, 20.0, 80.0))

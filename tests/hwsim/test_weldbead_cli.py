@@ -17,6 +17,7 @@ from hwsim.command._weldbead.report import report
 from hwsim.command._weldbead.toml import job_of
 from sdpgrind import sdp, weldbead
 
+pytestmark = pytest.mark.usefixtures("sketched")
 JOB = ["weldbead", "--simple", "--preset", "P1", "--tolerance", "1e-2", "--parts", "6", "--rng", "4"]
 KEPT = ["policy.nc", "policy.png", "run.db", "run.nc", "run.png"]
 
