@@ -279,7 +279,7 @@ def test_the_tour_of_the_locus_runs_as_written(elsewhere):
     assert not list(elsewhere.iterdir())
 
 
-def test_the_tour_of_finishing_runs_as_written(elsewhere, capsys):
+def test_the_tour_of_finishing_runs_as_written(elsewhere, capsys, few):
     names: dict = {}
     exec(compile(FINISHING, "finishing", "exec"), names)
     motion, outcome = names["motion"], names["log"].outcome
@@ -381,7 +381,7 @@ def test_the_files_that_the_readme_names_exist():
         assert (ROOT / link).exists(), link
 
 
-def test_the_main_job_runs(elsewhere, capsys):
+def test_the_main_job_runs(elsewhere, capsys, sketched):
     """The command of the README for two parts and a plan of less accuracy.
 
     In this process, which has imported everything already: how commands end as processes is seen elsewhere.
