@@ -103,12 +103,20 @@ def pytest_terminal_summary(terminalreporter, config):
 
 @pytest.fixture
 def few_pushes(monkeypatch):
-    """Strategies on a coarse grid with every other kind of push: for what does not depend on how good they are."""
+    """Strategies on a coarse grid with every fourth kind of push: for what does not depend on how good they are."""
     from centering.cycle._strategy import plan
 
     kinds, size = plan.default_kinds, plan.Size
-    monkeypatch.setattr(plan, "default_kinds", lambda top_speed: kinds(top_speed)[::2])
+    monkeypatch.setattr(plan, "default_kinds", lambda top_speed: kinds(top_speed)[::4])
     monkeypatch.setattr(plan, "Size", lambda: size(offsets=32, frictions=3))
+
+
+@pytest.fixture(scope="module")
+def sketched():
+    """Pictures of pages as empty frames: for files that look at numbers, lines, files and refusals."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sdpgrind.base.sheets.page.svg_of", lambda draw, prefix: f'<svg id="{prefix}"></svg>')
+        yield
 
 
 @contextmanager

@@ -2,9 +2,12 @@
 
 import doctest
 import importlib
+from functools import cache
 
 import pytest
-from house_names import ROOT, modules
+from house_names import ROOT, SOURCE, modules
+
+pytestmark = pytest.mark.usefixtures("nothing_collected")
 
 FLAGS = doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL
 PAGES = sorted(
@@ -14,6 +17,17 @@ PAGES = sorted(
 )
 
 
+def _shows(name):
+    """Whether there is an example in the text of a module."""
+    place = SOURCE.joinpath(*name.split("."))
+    path = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+    return ">>>" in path.read_text(encoding="utf-8")
+
+
+NAMES = [name for name in modules() if "_kernels" not in name and _shows(name)]
+
+
+@cache
 def _found(name):
     module = importlib.import_module(name)
     return [test for test in doctest.DocTestFinder(exclude_empty=True).find(module, name) if test.examples]
@@ -25,12 +39,19 @@ def _runs(test):
     assert result.failed == 0, "".join(said)
 
 
-@pytest.mark.parametrize("name", [name for name in modules() if "_kernels" not in name])
+@pytest.mark.parametrize("name", NAMES)
 def test_docstrings(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for test in _found(name):
         _runs(test)
     assert not list(tmp_path.iterdir()), "a docstring leaves files behind"
+
+
+def test_every_module_can_be_imported():
+    """Those without examples, too."""
+    for name in modules():
+        if "_kernels" not in name:
+            importlib.import_module(name)
 
 
 @pytest.mark.parametrize("path", PAGES, ids=[path.stem for path in PAGES])
@@ -39,5 +60,5 @@ def test_pages(path):
 
 
 def test_there_are_some():
-    assert sum(len(_found(name)) for name in modules() if "_kernels" not in name) > 50
+    assert sum(len(_found(name)) for name in NAMES) > 50
     assert PAGES

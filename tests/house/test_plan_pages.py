@@ -1,5 +1,7 @@
 """Every kind of plan and record has a page, valid and whole, that says its figures."""
 
+from functools import cache
+
 import html5lib
 import numpy as np
 import pytest
@@ -12,6 +14,12 @@ from sdpgrind.base.sheets import seal
 from sdpgrind.weldbead import passes
 
 
+@cache
+def policy():
+    return weldbead.plan(weldbead.preset("P1"), tolerance=1e-2)
+
+
+@cache
 def bead_pass():
     process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
     disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
@@ -53,7 +61,7 @@ def ring():
 
 
 MADE = {
-    "policy": (lambda: weldbead.plan(weldbead.preset("P1"), tolerance=1e-2), "First pass with 60 s left"),
+    "policy": (policy, "First pass with 60 s left"),
     "pass": (bead_pass, "burn margin"),
     "cycle": (lambda: plunge.plan(plunge.preset("simulation")), "12.0195 ± "),
     "curve": (lambda: locus.plan(locus.preset("grinding")), "Best points along the curve"),
@@ -99,8 +107,7 @@ def test_a_study_keeps_its_text_and_has_a_page(tmp_path):
 
 
 def test_a_notebook_shows_the_tables_of_the_page_and_no_internals():
-    policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-2)
-    shown = policy._repr_html_()
+    shown = policy()._repr_html_()
     html5lib.HTMLParser(strict=True).parse("<!DOCTYPE html><title>t</title>" + shown)
     assert "First pass with 60 s left" in shown and "normal force [N]" in shown
     assert not any(word in shown for word in ("line_start", "kink", "line_cost"))

@@ -22,6 +22,8 @@ from sdpgrind import plunge
 from sdpgrind.base import records
 from sdpgrind.base.quantities import Described, described, law, quantity
 
+pytestmark = pytest.mark.usefixtures("sketched")
+
 
 @pytest.fixture(autouse=True)
 def toy(monkeypatch):

@@ -9,6 +9,7 @@ from hwsim.cli import main
 from hwsim.command._finishing.toml import read
 from sdpgrind import finishing, units
 
+pytestmark = pytest.mark.usefixtures("sketched")
 RAIL = """
 [robot.rail]
 direction = [0, 1, 0]

@@ -14,6 +14,7 @@ from hwsim.cli import main
 from hwsim.command._finishing.toml import read
 from sdpgrind import finishing
 
+pytestmark = pytest.mark.usefixtures("sketched")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "finishing.toml"
 SMALL = """
 [surface]

@@ -12,6 +12,7 @@ from hwsim.cli import main
 from hwsim.command._finishing.toml import read
 from sdpgrind import finishing
 
+pytestmark = pytest.mark.usefixtures("sketched")
 FACE = """
 method = "trapezoid"
 [surface]

@@ -13,6 +13,7 @@ from hwsim.command._finishing.report import placement_lines
 from hwsim.command._finishing.toml import read
 from sdpgrind import finishing
 
+pytestmark = pytest.mark.usefixtures("sketched")
 JOB = """
 method = "trapezoid"
 [surface]

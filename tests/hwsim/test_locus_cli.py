@@ -18,6 +18,7 @@ from hwsim.command._locus.toml import DESIGNED, PRINTED, read
 from hwsim.devices import Gauge
 from sdpgrind import locus, physics
 
+pytestmark = pytest.mark.usefixtures("sketched")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "locus.toml"
 PROBLEM = locus.preset("grinding")
 JOB = ["--preset", "grinding", "--printed", "--parts", "5", "--rng", "2"]

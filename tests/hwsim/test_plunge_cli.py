@@ -15,6 +15,7 @@ from hwsim.command._plunge.report import report
 from hwsim.command._plunge.toml import read
 from sdpgrind import physics, plunge
 
+pytestmark = pytest.mark.usefixtures("sketched")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "plunge.toml"
 PROBLEM = plunge.preset("simulation")
 JOB = ["plunge", "--preset", "simulation", "--parts", "4", "--rng", "4"]

@@ -17,6 +17,7 @@ from hwsim.command._weldbead.report import report
 from hwsim.command._weldbead.toml import job_of
 from sdpgrind import sdp, weldbead
 
+pytestmark = pytest.mark.usefixtures("sketched")
 JOB = ["weldbead", "--simple", "--preset", "P1", "--tolerance", "1e-2", "--parts", "6", "--rng", "4"]
 KEPT = ["policy.nc", "policy.png", "run.db", "run.nc", "run.png"]
 
@@ -415,8 +416,11 @@ def test_policy_of_unknown_error_does_for_no_tolerance(coarse, tmp_path, capsys)
     assert list(content(coarse.parent)) == ["policy.nc"] and not (tmp_path / "new").exists()
 
 
-def test_writes_the_operator_table(coarse, tmp_path):
-    arguments = ["weldbead", "--simple", "--policy", str(coarse), "--parts", "1"]
+def test_writes_the_operator_table(tmp_path):
+    problem = weldbead.preset("P1").replace(durations=(6, 12, 18), stage=6.0, horizon=30.0)
+    short = weldbead.SequencePolicy(problem, sdp.plan(weldbead.sequence.sdp_problem(problem, 51)))
+    short.save(tmp_path / "short.nc")
+    arguments = ["weldbead", "--simple", "--policy", str(tmp_path / "short.nc"), "--parts", "1"]
     assert main([*arguments, "--operator-table", str(tmp_path / "bead.html")]) == 0
     page = (tmp_path / "bead.html").read_text()
     assert "Next pass: duration s / normal force N" in page and "Measure the height and go up" in page

@@ -12,6 +12,7 @@ from hwsim.command._weldbead.toml import read
 from sdpgrind import sdp, units, weldbead
 from sdpgrind.weldbead import passes
 
+pytestmark = pytest.mark.usefixtures("sketched")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "weldbead.toml"
 
 P1 = """

@@ -11,8 +11,7 @@ from math import ceil, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 from centering.roundness._ends_kernels import zone_widths
 from centering.roundness._exchange import rounding
@@ -99,7 +98,7 @@ def guaranteed(kind: str, value: float, noise: DrawnNoise, radius: float, tail: 
     """Ends that hold for every form with the chance 1 - 2 tail or more, mm."""
     lifted = float(np.quantile(noise.widths(kind, np.zeros((1, 1)), radius), 1 - tail))
     spread = noise.deviation_sd * sqrt(2 * (1 - noise.least_correlation))
-    return max(value - lifted, 0.0), value + float(norm.isf(tail)) * spread
+    return max(value - lifted, 0.0), value - float(ndtri(tail)) * spread
 
 
 def calibrated(
@@ -146,7 +145,7 @@ def guaranteed_at(
     """Guaranteed ends of points anyhow on the turn, mm."""
     lifted = widths_at(kind, angle, radius, noise)
     spread = sqrt(2) * float(noise.sd.max())
-    return max(value - float(np.quantile(lifted, 1 - tail)), 0.0), value + float(norm.isf(tail)) * spread
+    return max(value - float(np.quantile(lifted, 1 - tail)), 0.0), value - float(ndtri(tail)) * spread
 
 
 def widths_at(kind: str, angle: Floats, distance: Floats | float, noise: PointNoise) -> Floats:

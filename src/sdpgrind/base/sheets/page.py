@@ -1,7 +1,7 @@
 """A page from blocks: one HTML file that needs nothing else, or plain text."""
 
 import os
-import unicodedata
+import re
 from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib.resources import files
@@ -14,7 +14,11 @@ from sdpgrind.base.sheets.blocks import AmountTable, Block, Embedded, Heading, L
 from sdpgrind.base.sheets.svg import svg_of
 from sdpgrind.base.whole_files import whole_file
 
-_KEPT = "\n\t"  # control characters that a page may hold
+# Controls but for tabulator and new line, halves of surrogate pairs, and what is no character at all
+_NO_CHARACTERS = "".join(
+    chr(plane + last) for plane in range(0, 0x110000, 0x10000) for last in (0xFFFE, 0xFFFF)
+)
+_FORBIDDEN = re.compile(rf"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef{_NO_CHARACTERS}]")
 
 
 def report(title: str, blocks: Iterable[Block], path: str | os.PathLike[str] | None = None) -> str:
@@ -100,15 +104,8 @@ def _legible(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_legible(each) for each in value]
     if isinstance(value, str):
-        return "".join("\ufffd" if _forbidden(letter) else letter for letter in value)
+        return _FORBIDDEN.sub("\ufffd", value)
     return value
-
-
-def _forbidden(letter: str) -> bool:
-    """Whether a character is a control, half of a surrogate pair, or no character at all."""
-    code = ord(letter)
-    no_character = code & 0xFFFE == 0xFFFE or 0xFDD0 <= code <= 0xFDEF
-    return letter not in _KEPT and (no_character or unicodedata.category(letter) in ("Cc", "Cs"))
 
 
 def text(title: str, blocks: Sequence[Block]) -> str:

@@ -26,6 +26,12 @@ def tightened(area: Area, margins: tuple[tuple[str, float], ...]) -> Area:
 
 def fixed(area: Area, values: Mapping[str, float]) -> Area:
     """Return the optima over the other controls, with those of `values` fixed, in their units."""
+    return _fixed(area, tuple(values.items()))
+
+
+@lru_cache(maxsize=8)  # what a part teaches is found with the controls that were held in it
+def _fixed(area: Area, held: tuple[tuple[str, float], ...]) -> Area:
+    values = dict(held)
     free = [name for name in area.names if name not in values]
 
     def of_free(function: Function) -> Function:
