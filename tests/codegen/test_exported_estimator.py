@@ -9,7 +9,10 @@ from codegen_inside import LibrarySteps
 import centering
 import sdpgrind
 
-pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed"),
+    pytest.mark.usefixtures("few_blocks"),
+]
 SETTINGS = {
     "plain": {},
     "form": {"form": {3: 0.002}, "radius_prior": (60.0, 0.01), "joint": True, "forgetting": 0.5},

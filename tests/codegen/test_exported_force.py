@@ -10,7 +10,10 @@ import sdpgrind
 from sdpgrind import units
 from sdpgrind.weldbead import force
 
-pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed"),
+    pytest.mark.usefixtures("few_blocks"),
+]
 DESIGNS = {
     "pi": (force.PI.design(crossover=units.hz(3.0)), {}),
     "blended": (force.PI.design(crossover=units.hz(3.0)), {"blend": 0.3, "datum": 2.0}),

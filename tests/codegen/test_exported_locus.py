@@ -17,7 +17,10 @@ from sdpgrind import locus
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.codegen import Recipe, Signal
 
-pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed"),
+    pytest.mark.usefixtures("few_blocks"),
+]
 STEPS = 2000  # enough for some parts of each kind; benchmarks take a million
 NONE = "same bits on every IEEE 754 target: no libm function is used"
 KOREN = {"gain": 3.3e-6, "kp": 5.3e-6, "at": "command", "hold": 3.0, "start": 1e-3, "floor": 8e-4}
@@ -250,6 +253,7 @@ def branches_of(folder, place):
 
 
 @pytest.mark.skipif(not shutil.which("gcov"), reason="gcov is not installed")
+@pytest.mark.usefixtures("all_blocks")
 def test_the_self_test_takes_the_branches_of_an_inversion(tmp_path):
     """Bisection too, which no usual reading needs."""
     made = sdpgrind.export(locus.plan(locus.preset("grinding")).inversion(), tmp_path / "x")

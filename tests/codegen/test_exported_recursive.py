@@ -8,7 +8,10 @@ import pytest
 import sdpgrind
 from sdpgrind import identify
 
-pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed"),
+    pytest.mark.usefixtures("few_blocks"),
+]
 NAMES = ("start", "slope", "bend")
 PRIOR = identify.Estimate(NAMES, [1.0, 2.0, 3.0], np.diag([0.1, 0.2, 0.3]))
 ONE_KNOWN = identify.Estimate(NAMES, [1.0, 2.0, 3.0], np.diag([0.1, np.inf, np.inf]))

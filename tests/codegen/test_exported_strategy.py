@@ -9,7 +9,10 @@ import sdpgrind
 from centering import Strategy, preset
 from centering.cycle import CycleTiming, OutcomeTable, PushKind
 
-pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed"),
+    pytest.mark.usefixtures("few_blocks"),
+]
 KINDS = (PushKind("trapezoid", 20.0, True), PushKind("gentle", 10.0, True), PushKind("trapezoid", 5.0, False))
 PUSHES, OFFSETS, FRICTIONS = 3, 16, 4
 

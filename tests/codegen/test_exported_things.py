@@ -13,7 +13,10 @@ import sdpgrind
 from sdpgrind import finishing, plunge, weldbead
 from sdpgrind.weldbead import force
 
-pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed"),
+    pytest.mark.usefixtures("few_blocks"),
+]
 STEPS = 3000  # enough for some chains of every thing; benchmarks take a million
 
 

@@ -18,7 +18,10 @@ from fmu_things import THINGS, Unit, answers, exported, low_pass, rows
 import sdpgrind
 from hwsim.cli import main
 
-pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed"),
+    pytest.mark.usefixtures("few_blocks"),
+]
 every = pytest.mark.parametrize("name", THINGS)
 
 

@@ -13,6 +13,7 @@ from sdpgrind import sdp, weldbead
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.codegen import Recipe, Signal, TablesAsked
 
+pytestmark = pytest.mark.usefixtures("few_blocks")
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 
 

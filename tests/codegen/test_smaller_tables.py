@@ -12,6 +12,7 @@ from scipy.special import erf, erfc
 import sdpgrind
 from sdpgrind import finishing, sdp, weldbead
 
+pytestmark = pytest.mark.usefixtures("few_blocks")
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 PASS = ("duration", "feed_rate", "normal_force")
 STEPS = 3000

@@ -11,6 +11,7 @@ from codegen_inside import compilers, identical
 import sdpgrind
 from sdpgrind.codegen import Recipe, Signal
 
+pytestmark = pytest.mark.usefixtures("few_blocks")
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed")
 OUTPUTS = {f"out{k}": "" for k in range(7)}
 WHOLE = (

@@ -53,22 +53,21 @@ class LibrarySteps:
 
         As in C a step works on a copy of the state, which counts where its status is not below 0.
         """
-        count, recipe = len(rows), self.recipe
-        states, codes = np.zeros((count, self.fresh.size)), np.full(count, -1)
-        outputs = np.zeros((count, len(recipe.outputs)))
-        usable = recipe.usable(rows)
-        take, work = recipe.take, self.state.copy()
-        for k, (row, reset, good) in enumerate(zip(rows.tolist(), resets, usable, strict=True)):
-            if reset:
-                self.state[:] = self.fresh
+        count, take = len(rows), self.recipe.take
+        states, codes = np.empty((count, self.fresh.size)), np.full(count, -1)
+        outputs = np.zeros((count, len(self.recipe.outputs)))
+        asked = zip(rows.tolist(), resets.tolist(), self.recipe.usable(rows).tolist(), strict=True)
+        before = self.state
+        for k, ((row, reset, good), state, out) in enumerate(zip(asked, states, outputs, strict=True)):
+            state[:] = before = self.fresh if reset else before
             if good:
-                work[:] = self.state
-                codes[k] = take(work, row, outputs[k])
-                if codes[k] >= 0:
-                    self.state[:] = work
+                code = take(state, row, out)
+                if code >= 0:
+                    codes[k] = code
                 else:
-                    codes[k], outputs[k] = -1, 0.0
-            states[k] = self.state
+                    state[:], out[:] = before, 0.0
+            before = state
+        self.state[:] = before
         return Answers(states, outputs, codes)
 
 

@@ -1,0 +1,21 @@
+"""Length of the self-test's long run: short in files whose tests do not run it."""
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def few_blocks():
+    """Exports with 2 of the 64 digests of the long run; whole ones are built and run by `test_export_files`."""
+    from sdpgrind.codegen._files import vectors
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vectors, "BLOCKS", 2)
+        yield
+
+
+@pytest.fixture
+def all_blocks(few_blocks, monkeypatch):
+    """The long run as users have it."""
+    from sdpgrind.codegen._files import vectors
+
+    monkeypatch.setattr(vectors, "BLOCKS", 64)
