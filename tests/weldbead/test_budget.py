@@ -2,6 +2,7 @@
 
 import itertools
 import tracemalloc
+from functools import cache
 
 import numpy as np
 import pytest
@@ -24,6 +25,13 @@ def same_bits(one, other):
         np.array_equal(getattr(one.table.table, name), getattr(other.table.table, name), equal_nan=True)
         for name in TABLES
     )
+
+
+@cache
+def fine_plan(problem, nodes=1601, levels=LEVELS):
+    """Plan of a fine grid, without an error of its own."""
+    described = weldbead.sequence.sdp_problem(problem, nodes, levels=levels)
+    return weldbead.SequencePolicy(problem, sdp.plan(described))
 
 
 def largest_difference(policy, fine, above=-1.0):
@@ -74,7 +82,7 @@ def test_the_last_grid_is_solved_again_to_the_bit(clock):
     assert policy._options == {"tolerance": None, "nodes": 401, "levels": policy.levels, "method": "cautious"}
     again = weldbead.plan(JUMPS, tolerance=None, nodes=policy.nodes, levels=policy.levels)
     assert same_bits(policy, again) and again.status == "given grid"
-    fine = weldbead.plan(JUMPS, tolerance=None, nodes=1601, levels=1604)
+    fine = fine_plan(JUMPS, levels=1604)
     assert largest_difference(policy, fine) <= policy.error < 5e-3
 
 
@@ -100,7 +108,7 @@ def test_memory_is_held_from_the_first_grid_on(problem):
     first, second = (Resources(memory_limit=1.0).bytes(solved, refine) for refine in (1, 2))
     with pytest.raises(ValueError, match=r"^memory_limit must be >= \S+, which the first grid of 101 nodes"):
         weldbead.plan(problem, memory_limit=0.99 * first)
-    fine = weldbead.plan(problem, tolerance=None, nodes=1601)
+    fine = fine_plan(problem)
     for limit, nodes in ((1.01 * first, 101), (0.99 * second, 101), (1.01 * second, 201)):
         policy, peak = peak_bytes(lambda limit=limit: weldbead.plan(problem, memory_limit=limit))
         assert (policy.nodes, policy.levels, policy.status) == (nodes, LEVELS, "memory limit")
@@ -132,7 +140,7 @@ def test_limits_that_are_not_met_change_nothing(tmp_path):
 @pytest.mark.parametrize("problem", [P1, JUMPS], ids=["P1", "jumps"])
 def test_a_single_grid_has_an_error(problem, nodes):
     policy = weldbead.plan(problem, tolerance=None, nodes=nodes)
-    fine = weldbead.plan(problem, tolerance=None, nodes=1601, levels=1604)
+    fine = fine_plan(problem, levels=1604)
     assert largest_difference(policy, fine) <= policy.error < 30 * largest_difference(policy, fine)
     alone = sdp.plan(weldbead.sequence.sdp_problem(problem, nodes))
     assert np.array_equal(policy.table.table.value, alone.table.value) and alone.error is None
@@ -146,13 +154,13 @@ def test_a_charge_that_jumps_is_told_once(clock):
         policy = weldbead.plan(problem, time_limit=1.0)
     jumps = [each for each in found if "jumps" in str(each.message)]
     assert len(jumps) == 1 and jumps[0].filename == __file__
-    fine = weldbead.plan(problem, tolerance=None, nodes=3201)
+    fine = fine_plan(problem, nodes=3201)
     assert largest_difference(policy, fine) <= policy.error
 
 
 @pytest.mark.parametrize("problem", [JUMPS, LOGNORMAL, CONSTANT], ids=["over", "log-normal", "under"])
 def test_neither_error_is_below_the_true_one(problem):
-    fine = weldbead.plan(problem, tolerance=None, nodes=1601)
+    fine = fine_plan(problem)
     for nodes in (101, 201):
         policy = weldbead.plan(problem, tolerance=None, nodes=nodes)
         assert largest_difference(policy, fine) <= policy.error
@@ -169,7 +177,7 @@ def test_the_error_away_from_a_jump_is_told_and_kept(clock, tmp_path):
         UserWarning, match=r"\(\S+ \$ away from its jump at 0 mm\), not to .* jumps, at 0 mm, is of"
     ):
         policy = weldbead.plan(JUMPS, time_limit=1.0)
-    fine = weldbead.plan(JUMPS, tolerance=None, nodes=1601)
+    fine = fine_plan(JUMPS)
     away = largest_difference(policy, fine, above=2.0 / (policy.nodes - 1))
     assert away <= policy.error_away <= policy.error
     assert f"({policy.error_away:.1g} $ away from its jump at 0 mm)" in repr(policy)

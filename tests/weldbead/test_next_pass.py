@@ -1,5 +1,7 @@
 """The next pass planned anew: against fine plans of the whole table, for every law and charge."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from stand_job import BOTH
@@ -33,10 +35,22 @@ CASES = {
 }
 
 
+def planned_fine(problem, nodes):
+    """Plan up to 1 mm, the greatest height asked; higher ones change nothing in it."""
+    described = weldbead.sequence.sdp_problem(problem.replace(height_max=1.0), nodes)
+    return weldbead.SequencePolicy(problem.replace(height_max=1.0), sdp.plan(described))
+
+
+@cache
+def fine_case(name):
+    """Plan of a case on cells of 0.0025 mm."""
+    return planned_fine(CASES[name], 401)
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_it_is_that_of_a_fine_plan(name):
     problem, tolerance = CASES[name], KINKED.get(name, TOLERANCE)
-    fine = weldbead.plan(problem, tolerance=None, nodes=801)
+    fine = fine_case(name)
     for height, left in STATES:
         found, planned = next_pass(problem, "cautious", height, left), fine.action(height, left)
         assert found.penalty == pytest.approx(fine.value(height, left), abs=tolerance)
@@ -54,7 +68,7 @@ def test_the_force_chosen_costs_what_is_said():
     found = next_pass(BOTH, "cautious", 0.5, 36.0)
     law = BOTH.cut(found.action.duration, found.action.normal_force)
     depth = np.exp(np.quantile(np.log(law.sample(0, 400_000)), (np.arange(4000) + 0.5) / 4000))
-    fine = weldbead.plan(BOTH, tolerance=None, nodes=801)
+    fine = fine_case("log-normal")
     left = 36.0 - found.action.duration
     after = np.where(
         depth < 0.5, fine.value(np.maximum(0.5 - depth, 0.0), left), 10.0 * np.maximum(depth - 0.5, 0.0)
@@ -93,7 +107,7 @@ def test_without_scatter_it_reaches_the_target_where_time_allows():
 )
 def test_what_stages_do_not_know_is_planned_by_the_solver(change, tolerance):
     problem = BOTH.replace(**change)
-    fine = weldbead.plan(problem, tolerance=None, nodes=1601)
+    fine = planned_fine(problem, 801)
     for height, left in STATES[:4]:
         found = next_pass(problem, "cautious", height, left)
         assert found.penalty == pytest.approx(fine.value(height, left), abs=tolerance), (height, left)
