@@ -8,7 +8,7 @@ import pytest
 _SPEC = importlib.util.spec_from_file_location(
     "intervals", Path(__file__).parents[2] / "benchmarks" / "intervals.py"
 )
-FILES = {"power": 150, "circle": 100, "load_torque": 150, "contact_zero": 20, "wear_flat_area": 16}
+FILES = {"power": 300, "circle": 200, "load_torque": 400, "contact_zero": 40, "wear_flat_area": 24}
 CASES = [
     *((name, noise) for name in ("circle", "load_torque") for noise in ("white", "steps", "alike 0.8")),
     *(("power", noise) for noise in ("white", "steps")),

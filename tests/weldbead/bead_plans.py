@@ -13,10 +13,17 @@ RAYLEIGH_MEAN = np.sqrt(np.pi / 2)
 RAYLEIGH_SD = np.sqrt(2 - np.pi / 2)
 
 
+def solved(problem, nodes, **options):
+    """Plan of one grid, without an error of its own, which takes a second grid."""
+    return weldbead.SequencePolicy(
+        problem, sdp.plan(weldbead.sequence.sdp_problem(problem, nodes, **options))
+    )
+
+
 @cache
 def fine(name):
     """A canonical problem on the grid of 0.00125 mm."""
-    return weldbead.plan(weldbead.preset(name), tolerance=None, nodes=FINE)
+    return solved(weldbead.preset(name), FINE)
 
 
 @cache
@@ -30,14 +37,13 @@ def dense(name):
     """A canonical problem on the grid of 0.005 mm, with levels so dense that the search errs by less than
     1e-6 $.
     """
-    problem = weldbead.preset(name)
-    return weldbead.SequencePolicy(problem, sdp.plan(weldbead.sequence.sdp_problem(problem, 401, levels=801)))
+    return solved(weldbead.preset(name), 401, levels=801)
 
 
 @cache
 def tall():
     """P3 on beads of up to 6 mm."""
-    return weldbead.plan(weldbead.preset("P3").replace(height_max=6.0), tolerance=None, nodes=1201)
+    return solved(weldbead.preset("P3").replace(height_max=6.0), 1201)
 
 
 def table(policy, times):

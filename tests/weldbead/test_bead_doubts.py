@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hwsim
-from sdpgrind import weldbead
+from sdpgrind import sdp, weldbead
 from sdpgrind.base.progress import silent
 
 SAMPLES = Path(__file__).parents[1] / "data" / "samples"
@@ -48,8 +48,8 @@ def test_stakes_are_known_as_well_as_is_said(sample):
     known = float(re.search(r"change by at most (\S+) \$", sample.figure.solved)[1])
     stake = next(each for each in sample.stakes if each.name == "relative_sd")
     for sd, penalty in ((stake.low, stake.at_low), (stake.high, stake.at_high)):
-        scatter = P1.scatter.replace(relative_sd=sd)
-        fine = weldbead.plan(P1.replace(scatter=scatter), tolerance=None, nodes=1601, progress=silent)
+        problem = P1.replace(scatter=P1.scatter.replace(relative_sd=sd))
+        fine = sdp.plan(weldbead.sequence.sdp_problem(problem, 1601))
         exact = float(fine.value(height=P1.height_max, time_left=P1.horizon))
         assert abs(penalty - exact) < min(known, 0.1 * exact)
     assert known < 0.1 * sample.stakes[0].change(sample.figure.value)

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from bead_plans import fine, solved
 
 from sdpgrind import sdp, weldbead
 
@@ -61,8 +62,8 @@ def test_the_estimated_error_covers_the_error_everywhere(name):
     problem, tolerance = MANY[name]
     policy = weldbead.plan(problem, tolerance=tolerance)
     cells = policy.table.grid.size - 1
-    fine = sdp.plan(weldbead.sequence.sdp_problem(problem, 4 * max(cells, 400) + 1, levels=801))
-    true = np.max(np.abs(values(policy, fine.grid.points[0]) - fine.table.value))
+    reference = sdp.plan(weldbead.sequence.sdp_problem(problem, 4 * max(cells, 400) + 1, levels=801))
+    true = np.max(np.abs(values(policy, reference.grid.points[0]) - reference.table.value))
     assert true <= policy.error <= tolerance
 
 
@@ -80,14 +81,14 @@ def test_the_error_of_the_search_is_covered_by_its_estimate(name):
 @pytest.mark.parametrize(("idle_power", "relative_sd"), [(43.5, 0.099), (11.7, 0.099), (31.8, 0.074)])
 def test_a_change_of_the_law_inside_a_cell_is_no_chord(idle_power, relative_sd):
     problem = like_p1(idle_power, relative_sd, (12, 20), 12.0)
-    coarse, fine = (weldbead.plan(problem, tolerance=None, nodes=n) for n in (401, 3201))
+    coarse, exact = (solved(problem, n) for n in (401, 3201))
     break_ = problem.force_breaks(12)[0]
     best, force = coarse.table.table.best[6, 0], coarse.table.table.control[6, 0]
     across = np.flatnonzero((best[:-1] >= 0) & (force[:-1] < break_) & (force[1:] > break_))
     assert across.size
     cell = int(across[0])
     height = (cell + np.arange(1, 8) / 8) / 400
-    true, found = (values(p, height)[6, 0] for p in (fine, coarse))
+    true, found = (values(p, height)[6, 0] for p in (exact, coarse))
     ends = values(coarse, np.array([cell, cell + 1]) / 400)[6, 0]
     chord = ends[0] + (height * 400 - cell) * np.diff(ends)
     # a line between the nodes lies too low: the least of two costs has a concave kink
@@ -96,8 +97,8 @@ def test_a_change_of_the_law_inside_a_cell_is_no_chord(idle_power, relative_sd):
 
 
 @cache
-def both_grids():
-    return [weldbead.plan(P1, tolerance=None, nodes=n) for n in (101, 1601)]
+def coarse_p1():
+    return solved(P1, 101)
 
 
 @pytest.mark.parametrize("time", [10.0, 16.0, 30.0])
@@ -105,9 +106,9 @@ def test_the_gap_vanishes_where_the_action_changes(time):
     """At a node the next best action lies a gap above; where two actions cost the same inside a cell there is
     none.
     """
-    coarse, fine = both_grids()
+    coarse = coarse_p1()
     height = np.linspace(0.05, 2.0, 30_001)
-    found, true = (p.action(height, time).gap for p in (coarse, fine))
+    found, true = (p.action(height, time).gap for p in (coarse, fine("P1")))
     assert np.all(found >= 0)
     chosen = coarse.action(height, time).duration
     changes = np.flatnonzero(np.diff(chosen))
@@ -153,7 +154,7 @@ def test_a_pass_that_only_waits_keeps_the_kink_of_the_stage_after_it():
     problem = P1.replace(
         scatter=weldbead.Scatter("C1", 0.15, law="lognormal"), durations=(12,), stage=12.0, horizon=48.0
     )
-    coarse, fine = (weldbead.plan(problem, tolerance=None, nodes=n) for n in (401, 3201))
+    coarse, exact = (solved(problem, n) for n in (401, 3201))
     heights, time = np.linspace(0.0, 0.1, 1601), np.arange(0.0, 49.0, 12.0)[:, None]
-    difference = np.abs(coarse.value(heights, time) - fine.value(heights, time))
+    difference = np.abs(coarse.value(heights, time) - exact.value(heights, time))
     assert difference.max() < 3e-4  # as at the nodes; 1e-3 with straight lines from node to node

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from bead_plans import solved
 
 import sdpgrind
 from sdpgrind import sdp, weldbead
@@ -29,9 +30,8 @@ def same_bits(one, other):
 
 @cache
 def fine_plan(problem, nodes=1601, levels=LEVELS):
-    """Plan of a fine grid, without an error of its own."""
-    described = weldbead.sequence.sdp_problem(problem, nodes, levels=levels)
-    return weldbead.SequencePolicy(problem, sdp.plan(described))
+    """Plan of a fine grid that several tests compare with."""
+    return solved(problem, nodes, levels=levels)
 
 
 def largest_difference(policy, fine, above=-1.0):
@@ -104,8 +104,8 @@ def peak_bytes(solve):
 
 @pytest.mark.parametrize("problem", [P1, LOGNORMAL], ids=["P1", "log-normal"])
 def test_memory_is_held_from_the_first_grid_on(problem):
-    solved = weldbead.sequence.sdp_problem(problem, 101)
-    first, second = (Resources(memory_limit=1.0).bytes(solved, refine) for refine in (1, 2))
+    grid = weldbead.sequence.sdp_problem(problem, 101)
+    first, second = (Resources(memory_limit=1.0).bytes(grid, refine) for refine in (1, 2))
     with pytest.raises(ValueError, match=r"^memory_limit must be >= \S+, which the first grid of 101 nodes"):
         weldbead.plan(problem, memory_limit=0.99 * first)
     fine = fine_plan(problem)

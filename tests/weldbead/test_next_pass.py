@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from bead_plans import solved
 from stand_job import BOTH
 
 from sdpgrind import sdp, weldbead
@@ -35,16 +36,10 @@ CASES = {
 }
 
 
-def planned_fine(problem, nodes):
-    """Plan up to 1 mm, the greatest height asked; higher ones change nothing in it."""
-    described = weldbead.sequence.sdp_problem(problem.replace(height_max=1.0), nodes)
-    return weldbead.SequencePolicy(problem.replace(height_max=1.0), sdp.plan(described))
-
-
 @cache
 def fine_case(name):
-    """Plan of a case on cells of 0.0025 mm."""
-    return planned_fine(CASES[name], 401)
+    """Plan of a case on cells of 0.0025 mm, up to the greatest height asked: higher ones change nothing in it."""
+    return solved(CASES[name].replace(height_max=1.0), 401)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -107,7 +102,7 @@ def test_without_scatter_it_reaches_the_target_where_time_allows():
 )
 def test_what_stages_do_not_know_is_planned_by_the_solver(change, tolerance):
     problem = BOTH.replace(**change)
-    fine = planned_fine(problem, 801)
+    fine = solved(problem.replace(height_max=1.0), 801)
     for height, left in STATES[:4]:
         found = next_pass(problem, "cautious", height, left)
         assert found.penalty == pytest.approx(fine.value(height, left), abs=tolerance), (height, left)
