@@ -44,7 +44,8 @@ class Nearest:
     def _lattice(self, width: float) -> Lattice:
         """Legs by the cells of a width, mm."""
         shape = np.maximum(np.ceil(self._widths / width), 1).astype(np.int64)
-        return Lattice(*sort_into_cells(self._start, self._end, self._low, width, shape), width, shape)
+        leg, begin = sort_into_cells(self._start, self._end, self._low, width, shape)
+        return Lattice(leg, begin, width, shape)
 
     def distance(self, point: Floats) -> Floats:
         """Distances of points (n, 3) from the nearest leg, mm."""
