@@ -13,7 +13,7 @@ ROWS, COLUMNS = (0.1, 0.25, 0.5, 0.8, 1.2, 2.0), (6.0, 20.0, 40.0, 60.0)
 
 @pytest.fixture(scope="module")
 def policy():
-    return weldbead.plan(weldbead.preset("P1"), tolerance=1e-2, nodes=51)
+    return weldbead.plan(weldbead.preset("P1"), tolerance=1e-2)
 
 
 @pytest.fixture(scope="module")
