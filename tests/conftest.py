@@ -119,6 +119,14 @@ def sketched():
         yield
 
 
+@pytest.fixture
+def drawn(sketched, monkeypatch):
+    """Pictures of pages as users have them, in a file that is `sketched`."""
+    from sdpgrind.base.sheets import svg
+
+    monkeypatch.setattr("sdpgrind.base.sheets.page.svg_of", svg.svg_of)
+
+
 @contextmanager
 def _without_garbage():
     gc.disable()

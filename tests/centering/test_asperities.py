@@ -136,7 +136,7 @@ def test_what_is_refused():
 @pytest.mark.filterwarnings(
     "ignore:the robust filter still moves:UserWarning"
 )  # its weights have no noise to settle on
-@pytest.mark.parametrize("points", [360, 512, 1024])
+@pytest.mark.parametrize("points", [360, 512, 720, 1024])
 @pytest.mark.parametrize("upr", [2, 3])
 def test_form_without_noise_has_no_asperities(points, upr):
     """What the robust form leaves of a wave is curvature; taken as noise it made 4 to 14 % of points stand out."""
@@ -155,8 +155,8 @@ def slotted(points, width, noise, dust=()):
 
 
 @pytest.mark.filterwarnings("ignore:the robust filter still moves:UserWarning")
-@pytest.mark.parametrize("width", [2, 5, 20])
-@pytest.mark.parametrize(("points", "noise"), [(360, 1e-4), (720, 0), (1024, 3e-4), (3600, 3e-4)])
+@pytest.mark.parametrize("width", [2, 5, 10, 20])
+@pytest.mark.parametrize(("points", "noise"), [(360, 1e-4), (720, 0), (1024, 0), (1024, 3e-4), (3600, 3e-4)])
 def test_edges_of_a_slot_are_no_asperities(points, noise, width):
     """Past an edge the robust form is wrong by up to 15 um; the readings go on level on one side of it."""
     found = slotted(points, width, noise).remove_asperities()
@@ -224,11 +224,11 @@ def milled(points, slots, rng, width=3.0, dust=(), drift=0.0):
     return Profile(30.0 + form)
 
 
-@pytest.mark.parametrize("land", [0.5, 2.0])
+@pytest.mark.parametrize("land", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("count", [2, 4])
 def test_a_land_between_slots_is_no_asperity(land, count):
     """The robust form follows the floor of the slots; the land is level with what is beyond them."""
-    for rng in range(3):
+    for rng in range(5):
         first = 40.0 + 71.3 * rng
         ring = milled(3600, [first + k * (3.0 + land) for k in range(count)], rng)
         assert "no asperity" in ring.remove_asperities().steps[-1] and not ring._suspects
@@ -259,11 +259,11 @@ def test_dust_on_a_steep_slope_is_found():
     assert missed <= 1
 
 
-@pytest.mark.parametrize(("points", "turns"), [(360, 15), (1024, 15), (3600, 5)])
-def test_noise_with_tails_is_not_dust_but_dust_is(points, turns):
+@pytest.mark.parametrize("points", [360, 1024, 3600])
+def test_noise_with_tails_is_not_dust_but_dust_is(points):
     """Laplace noise has a reading above 6 sd in 43 to 100 of 100 turns; unasked, its tails raise the least height."""
     form = 30.0 + 1e-3 * np.cos(2 * turn(1, points))
-    for rng in np.random.default_rng(3).spawn(turns):
+    for rng in np.random.default_rng(3).spawn(15):
         noise = 7e-5 * rng.laplace(size=points)
         assert not Profile(form + noise)._suspects
         noise[points // 3] += 2e-3

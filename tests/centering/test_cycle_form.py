@@ -131,6 +131,6 @@ def test_rings_with_lobes_are_centred_and_said_to_be_so_truly():
     for upr, amplitude in [(2, 0.001), (2, 0.006), (3, 0.003)]:
         ring = Ring(44.45, 4.0, 1.0, lobes={upr: (amplitude, 0.3)})
         outcome = hwsim.run(
-            hwsim.CenteringMachine(problem, ring=ring), CenteringController(PlainStrategy(problem)), parts=2
+            hwsim.CenteringMachine(problem, ring=ring), CenteringController(PlainStrategy(problem)), parts=3
         ).outcome
         assert np.all(outcome.finished == 1) and outcome.pushes.max() <= 8

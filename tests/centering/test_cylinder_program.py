@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
@@ -34,7 +34,6 @@ def by_highs(height, slope, box, sides):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=50)
 @given(st.integers(0, 2**32 - 1), st.integers(3, 300), st.integers(1, 7), st.floats(-3, 3))
 def test_least_width_with_ties(kind, seed, size, levels, box):
     """Within the tolerance of HiGHS, 1e-7 a row, whose prices add up to 2 at most."""

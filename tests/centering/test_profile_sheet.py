@@ -48,5 +48,5 @@ def test_noise_is_no_undulation_of_the_table():
     assert [int(upr) for upr in re.findall(r"^(\d+) ", table, re.M)] in ([3, 24], [24, 3])
     named = [text.get_text() for text in ring().harmonics().plot().axes[0].texts]
     assert sorted(named) == ["24", "3"]
-    alone = ["No undulation is above the noise" in ring(seed, lobes=0.0).report() for seed in range(10)]
+    alone = ["No undulation is above the noise" in ring(seed, lobes=0.0).report() for seed in range(20)]
     assert np.mean(alone) > 0.7

@@ -2,12 +2,14 @@
 
 import pytest
 
+from sdpgrind.codegen._files import vectors
+
+BLOCKS = vectors.BLOCKS
+
 
 @pytest.fixture(scope="module")
 def few_blocks():
-    """Exports with 2 of the 64 digests of the long run; whole ones are built and run by `test_export_files`."""
-    from sdpgrind.codegen._files import vectors
-
+    """Exports with 2 of the digests of the long run; whole ones are built and run by `test_export_files`."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vectors, "BLOCKS", 2)
         yield
@@ -16,6 +18,4 @@ def few_blocks():
 @pytest.fixture
 def all_blocks(few_blocks, monkeypatch):
     """The long run as users have it."""
-    from sdpgrind.codegen._files import vectors
-
-    monkeypatch.setattr(vectors, "BLOCKS", 64)
+    monkeypatch.setattr(vectors, "BLOCKS", BLOCKS)

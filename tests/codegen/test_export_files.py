@@ -13,7 +13,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from codegen_inside import EXPORTED
+from codegen_inside import EXPORTED, LibrarySteps
 
 import sdpgrind
 from sdpgrind import plunge
@@ -42,6 +42,14 @@ def cast_step(state, x, out):
     state[0] += 1.0
     out[0] = int(x)
     return 0
+
+
+@compiled(error_model="numpy")
+def refusing_step(state, x, out):
+    """Counts before it refuses what is above 1."""
+    state[0] += 1.0
+    out[0] = state[0]
+    return -1 if x > 1.0 else 0
 
 
 def recipe(**more):
@@ -205,6 +213,31 @@ def test_what_has_no_recipe(tmp_path):
         sdpgrind.export(plunge.preset("simulation"), tmp_path / "x")
     with pytest.raises(ValueError, match=r"target must be"):
         sdpgrind.export(recipe(), tmp_path / "x", target="st")
+
+
+def test_a_refused_step_leaves_the_state_as_it_was():
+    """As in C, which works on a copy."""
+    steps = LibrarySteps(Recipe("refusing", refusing_step, {"x": ""}, {"y": ""}, state=np.zeros(1)))
+    found = steps.take(np.array([[0.5], [2.0], [np.nan], [0.5]]), np.zeros(4, dtype=bool))
+    assert found.codes.tolist() == [0, -1, -1, 0]
+    assert found.states[:, 0].tolist() == [1.0, 1.0, 1.0, 2.0] and found.outputs[:, 0].tolist() == [
+        1.0,
+        0.0,
+        0.0,
+        2.0,
+    ]
+    again = steps.take(np.array([[2.0], [0.5]]), np.array([True, False]))
+    assert (
+        again.codes.tolist() == [-1, 0]
+        and again.states[:, 0].tolist() == [0.0, 1.0]
+        and steps.state[0] == 1.0
+    )
+
+
+def test_a_step_of_other_parameters_lists_them(tmp_path):
+    told = r"step\(state, \*law, \*inputs, \*after, out\), of 4 parameters; got \['state', 'x', 'out'\]$"
+    with pytest.raises(ValueError, match=told):
+        sdpgrind.export(Recipe("cast", cast_step, {"x": "", "z": ""}, {"y": ""}), tmp_path / "cast")
 
 
 @needs_gcc

@@ -3,6 +3,7 @@
 import math
 import re
 import sys
+import unicodedata
 
 import html5lib
 import pytest
@@ -101,6 +102,23 @@ def test_names_from_files_are_data(page):
     assert "<script>alert(1)</script>" in "".join(tree.find(".//h1").itertext())
     job = re.search(r'id="job">(.*?)</script>', page)[1]
     assert "<\\/script>\\u003c!--" in job and '"seed": 7' in job
+
+
+def test_what_no_page_may_hold_is_replaced():
+    """Controls, halves of surrogate pairs and what is no character; what lies beside them stays."""
+    near = [*range(0x300), *range(0xD7F0, 0xE010), *range(0xFDC0, 0xFE00)]
+    ends = [plane + last for plane in range(0, 0x110000, 0x10000) for last in (0xFFFD, 0xFFFE, 0xFFFF)]
+    letters = [chr(code) for code in near + ends if chr(code) not in "&<>'\"\n\t"]
+    wanted = [
+        "\ufffd"
+        if unicodedata.category(letter) in ("Cc", "Cs")
+        or ord(letter) & 0xFFFE == 0xFFFE
+        or 0xFDD0 <= ord(letter) <= 0xFDEF
+        else letter
+        for letter in letters
+    ]
+    page = html("letters", [Sentences([" ".join(letters), "tab\tline\nend"])])
+    assert " ".join(wanted) in page and "tab\tline\nend" in page
 
 
 def test_what_cannot_be_drawn_is_left_out_with_its_reason(page):

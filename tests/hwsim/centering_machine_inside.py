@@ -4,7 +4,6 @@ from centering._plant import friction_kernels as friction
 from centering._plant import kernels
 from centering._plant import slide_kernels as slots
 from centering._plant.settings import FOLLOWING, MASSES, lag_time, lag_times
-from centering.cycle._strategy import risk
 from centering.cycle._strategy.as_sdp import Size
 from centering.cycle._strategy.plan import prepared, solved
 from centering.push.turning import _plane_kernels as plane
@@ -30,7 +29,6 @@ __all__ = [
     "plane",
     "prepared",
     "read",
-    "risk",
     "same",
     "slots",
     "solved",

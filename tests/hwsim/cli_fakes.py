@@ -1,6 +1,8 @@
-"""What ``hwsim`` may say on standard error of a command that goes well."""
+"""What ``hwsim`` may say on standard error of a command that goes well, and what it draws."""
 
 import re
+
+import sdpgrind
 
 SHARE = r"[ \d]{3} % .*\n"  # of a command that a busy machine takes more than 9 s for
 NEWS = re.compile(
@@ -33,3 +35,12 @@ class OutcomeAlone:
 
     def __len__(self):
         return self.outcome.sizes["part"]
+
+
+def pictures_of_page(folder, plan):
+    """Number of pictures on the page of a run that a command kept, with the file of its plan; none is missing."""
+    path = folder.parent / f"{folder.name}-drawn.html"
+    sdpgrind.load(folder / "run.nc").report(path, plan=sdpgrind.load(folder / plan))
+    page = path.read_text("utf-8")
+    assert "left out" not in page and page.count("<path") > page.count("<svg")
+    return page.count("<svg")

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from centering_machine_inside import Size, prepared, read, risk, same, solved
-from cli_fakes import only_news, without_news
+from centering_machine_inside import Size, prepared, read, same, solved
+from cli_fakes import only_news, pictures_of_page, without_news
 
 import centering
 import hwsim
@@ -17,7 +17,6 @@ from hwsim.cli import main
 from sdpgrind import units
 from sdpgrind.base.progress import silent
 
-pytestmark = pytest.mark.usefixtures("sketched")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "centering.toml"
 KEPT = ["film.png", "run.db", "run.nc", "run.png", "strategy.nc", "strategy.png"]
 KINDS = tuple(PushKind("trapezoid", speed, True) for speed in (5.0, 20.0, 80.0))
@@ -73,23 +72,6 @@ def refused(capsys, *arguments):
     return error.removeprefix("hwsim: ").strip()
 
 
-@pytest.fixture(scope="module", autouse=True)
-def doubted():
-    """The risk of a strategy is found once, though commands load the same one again and again; what finds it."""
-    afresh, known = risk.robust, []
-
-    def robust(strategy, *options):
-        for other, told, found in known:
-            if told == options and other == strategy:
-                return found
-        known.append((strategy, options, afresh(strategy, *options)))
-        return known[-1][-1]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(risk, "robust", robust)
-        yield afresh
-
-
 @pytest.fixture(scope="module")
 def finished(job, strategy):
     pytest.importorskip("matplotlib")
@@ -111,6 +93,11 @@ def test_keeps_strategy_log_journal_and_pictures(job, strategy, finished):
     with sdpgrind.load(finished / "run.db") as journal:
         assert same(journal.log(), log)
     assert sdpgrind.load(finished / "strategy.nc") == strategy
+
+
+def test_every_picture_of_its_page_is_drawn(finished):
+    """All parts, plan."""
+    assert pictures_of_page(finished, "strategy.nc") == 2
 
 
 def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, capsys):
@@ -258,12 +245,12 @@ def test_what_cannot_be_asked_for(given, tmp_path, capsys):
     assert "is for another problem: limits differs" in refused(capsys, other, *given[1:])
 
 
-def test_the_risk_of_the_range_is_told(given, strategy, doubted, capsys):
-    found = doubted(strategy, strategy.problem.friction_range, 200, 0)
-    assert f"\nrisk: {found.told}\n" in said(capsys, *given, "--parts", "1", "--no-pictures")
+def test_the_risk_of_the_range_is_told(given, strategy, capsys):
+    risk = strategy.robust()
+    assert f"\nrisk: {risk.told}\n" in said(capsys, *given, "--parts", "1", "--no-pictures")
     assert (
-        found.told.startswith("friction x 0.8 to 1.25; slowest on average at x ")
-        and "none of 200 thrown (1.8 % at most" in found.told
+        risk.told.startswith("friction x 0.8 to 1.25; slowest on average at x ")
+        and "none of 200 thrown (1.8 % at most" in risk.told
     )
     assert f"Risk by the true friction over that told: {strategy._risk.told}" in strategy.report()
     assert read(EXAMPLE).problem.friction_range == (0.8, 1.25)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_fakes import only_news, without_news
+from cli_fakes import only_news, pictures_of_page, without_news
 from finishing_fakes import AXIS
 
 import hwsim
@@ -80,6 +80,11 @@ def test_keeps_motion_log_journal_and_pictures(job, finished):
     motion = sdpgrind.load(finished / "motion.nc")
     assert motion.problem == read(job).problem
     np.testing.assert_array_equal(motion.profile, finishing.plan(motion.problem).profile)
+
+
+def test_every_picture_of_its_page_is_drawn(finished, drawn):
+    """All parts, plan."""
+    assert pictures_of_page(finished, "motion.nc") == 2
 
 
 def test_prints_the_plan_beside_what_came_of_it(job, finished, capsys):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_fakes import only_news, without_news
+from cli_fakes import only_news, pictures_of_page, without_news
 
 import hwsim
 import sdpgrind
@@ -68,6 +68,11 @@ def test_keeps_curve_log_journal_and_pictures(finished):
     assert curve.problem == PROBLEM and curve.at(wear_flat_area=0.006) == locus.plan(PROBLEM).at(
         wear_flat_area=0.006
     )
+
+
+def test_every_picture_of_its_page_is_drawn(finished, drawn):
+    """Worst parts, all parts, plan."""
+    assert pictures_of_page(finished, "curve.nc") == 3
 
 
 def test_koren_s_cycles_from_the_command_line(finished):

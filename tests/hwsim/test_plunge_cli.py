@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_fakes import OutcomeAlone, only_news, without_news, without_shares
+from cli_fakes import OutcomeAlone, only_news, pictures_of_page, without_news, without_shares
 
 import hwsim
 import sdpgrind
@@ -66,6 +66,11 @@ def test_keeps_plan_log_journal_and_pictures(finished):
         assert same(journal.log(), log)
     plan = sdpgrind.load(finished / "plan.nc")
     assert plan.problem == PROBLEM and plan.time == plunge.plan(PROBLEM).time
+
+
+def test_every_picture_of_its_page_is_drawn(finished, drawn):
+    """Worst parts, all parts, plan."""
+    assert pictures_of_page(finished, "plan.nc") == 3
 
 
 def test_prints_the_bound_beside_what_came_of_it(finished, capsys):

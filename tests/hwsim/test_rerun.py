@@ -12,6 +12,7 @@ from hwsim._report.again import differences
 from hwsim.cli import main
 from sdpgrind import finishing, load, locus, plunge, weldbead
 
+pytestmark = pytest.mark.usefixtures("sketched")  # but for those that compare pages with all they show
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COMMANDS = {
     "plunge": ["--preset=simulation"],
@@ -33,12 +34,6 @@ class OnePass:
     def step(self, **measured):
         begun, self.begun = self.begun, True
         return {"stop": 1.0} if begun else {"duration": 20.0, "normal_force": 40.0}
-
-
-@pytest.fixture
-def framed(monkeypatch):
-    """As `sketched`, of single tests."""
-    monkeypatch.setattr("sdpgrind.base.sheets.page.svg_of", lambda draw, prefix: f'<svg id="{prefix}"></svg>')
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +61,7 @@ def rerun(page, folder, capsys):
     return status, [line for line in lines if not re.match(r"sdpgrind: compiling| *\d+ % ", line)]
 
 
+@pytest.mark.usefixtures("drawn")
 @pytest.mark.parametrize("area", ["plunge", "locus", "weldbead", "finishing"])
 def test_the_page_of_a_command_is_made_again_to_the_bit(area, tmp_path, capsys):
     first, again = tmp_path / "first", tmp_path / "again"
@@ -78,6 +74,7 @@ def test_the_page_of_a_command_is_made_again_to_the_bit(area, tmp_path, capsys):
     assert not list(again.glob("*.png"))  # the first had none
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_sheet_is_written_again(tmp_path, capsys, monkeypatch):
     def write(policy, path):  # in less time than the table itself
         path.write_bytes(policy.table.table.control.tobytes())
@@ -92,6 +89,7 @@ def test_a_sheet_is_written_again(tmp_path, capsys, monkeypatch):
     assert (again / "operator-table.html").read_bytes() == sheet.read_bytes()
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_page_of_a_program_is_made_again_to_the_bit(ground, cycle, tmp_path, capsys):
     page = tmp_path / "job.html"
     ground.report(page, plan=cycle)
@@ -104,7 +102,7 @@ def test_the_page_of_a_program_is_made_again_to_the_bit(ground, cycle, tmp_path,
     )
 
 
-@pytest.mark.usefixtures("framed")
+@pytest.mark.usefixtures("drawn")
 def test_a_controller_that_holds_its_plan_is_made_again(tmp_path, capsys):
     curve = locus.plan(locus.preset("grinding"))
     follower = locus.LocusController(curve, along="wear_flat_area")
@@ -114,7 +112,7 @@ def test_a_controller_that_holds_its_plan_is_made_again(tmp_path, capsys):
     assert status == 0 and lines[-1].endswith("equal to the bit (plan; log, controller; log, outcome)")
 
 
-@pytest.mark.usefixtures("framed")
+@pytest.mark.usefixtures("drawn")
 def test_the_page_of_a_comparison_is_made_again(cycle, tmp_path, capsys):
     both = {
         "cautious": plunge.CycleController(cycle.problem, 0.05),
@@ -128,14 +126,12 @@ def test_the_page_of_a_comparison_is_made_again(cycle, tmp_path, capsys):
     assert status == 0 and lines[-1].endswith("equal to the bit (plan; log, controller; log, outcome)")
 
 
-@pytest.mark.usefixtures("framed")
 def test_a_page_without_run_or_plan_says_so(tmp_path, capsys):
     finishing.Study.published("wang-2001").report(tmp_path / "study.html")
     status, lines = rerun(tmp_path / "study.html", tmp_path / "again", capsys)
     assert status == 2 and lines[-1].endswith("this one holds neither a run nor a plan")
 
 
-@pytest.mark.usefixtures("framed")
 def test_a_log_from_a_file_is_not_made_again(ground, tmp_path, capsys):
     ground.save(tmp_path / "run.nc")
     load(tmp_path / "run.nc").report(tmp_path / "job.html")
@@ -143,6 +139,7 @@ def test_a_log_from_a_file_is_not_made_again(ground, tmp_path, capsys):
     assert status == 2 and lines[-1].endswith("the log of this one was read from a file")
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_page_of_both_controllers_is_made_again(tmp_path, capsys, few_pushes):
     """From the file in the page, which is written into the folder before the run: the user's is gone.
 
@@ -163,14 +160,13 @@ def test_the_page_of_both_controllers_is_made_again(tmp_path, capsys, few_pushes
     assert logs and all((again / each).read_bytes() == (first / each).read_bytes() for each in logs)
 
 
-@pytest.mark.usefixtures("framed")
+@pytest.mark.usefixtures("drawn")
 def test_the_page_of_a_plan_is_made_again(cycle, tmp_path, capsys):
     cycle.report(tmp_path / "plan.html")
     status, lines = rerun(tmp_path / "plan.html", tmp_path / "again", capsys)
     assert status == 0 and lines[-1].endswith("equal to the bit (plan)")
 
 
-@pytest.mark.usefixtures("framed")
 def test_another_version_is_told_first_and_differences_are_counted(
     ground, cycle, tmp_path, capsys, monkeypatch
 ):
@@ -185,7 +181,6 @@ def test_another_version_is_told_first_and_differences_are_counted(
     assert re.search(r": \d+ of \d+ numbers in tables differ; the first is \w+", lines[4])
 
 
-@pytest.mark.usefixtures("framed")
 def test_one_number_that_differs_is_counted(ground, cycle, tmp_path):
     ground.report(tmp_path / "job.html", plan=cycle)
     before = {
@@ -200,7 +195,6 @@ def test_one_number_that_differs_is_counted(ground, cycle, tmp_path):
     assert told.startswith("1 of ") and f"{table['table']!r}, value 1" in told
 
 
-@pytest.mark.usefixtures("framed")
 def test_what_cannot_be_made_again_is_refused_before_it_starts(tmp_path, capsys):
     problem = weldbead.preset("P1")
     hwsim.run(hwsim.WeldBeadStand(problem), OnePass()).report(tmp_path / "job.html")
@@ -209,14 +203,12 @@ def test_what_cannot_be_made_again_is_refused_before_it_starts(tmp_path, capsys)
     assert not (tmp_path / "again").exists()
 
 
-@pytest.mark.usefixtures("framed")
 def test_a_folder_of_another_run_is_refused(cycle, tmp_path, capsys):
     cycle.report(tmp_path / "plan.html")
     status, lines = rerun(tmp_path / "plan.html", tmp_path, capsys)
     assert status == 2 and "--rerun must be a new or an empty folder" in lines[-1]
 
 
-@pytest.mark.usefixtures("framed")
 def test_a_changed_page_is_not_run_again(cycle, tmp_path, capsys):
     page = tmp_path / "plan.html"
     cycle.report(page)
@@ -225,7 +217,6 @@ def test_a_changed_page_is_not_run_again(cycle, tmp_path, capsys):
     assert status == 1 and not (tmp_path / "again").exists()
 
 
-@pytest.mark.usefixtures("framed")
 def test_a_plan_is_made_again_with_the_options_it_was_solved_with(cycle, bead, tmp_path, capsys):
     best = plunge.plan(cycle.problem, safety_margin=0.005)
     best.report(tmp_path / "plan.html")
@@ -238,7 +229,6 @@ def test_a_plan_is_made_again_with_the_options_it_was_solved_with(cycle, bead, t
         assert status == 0 and "equal to the bit (plan" in lines[-1]
 
 
-@pytest.mark.usefixtures("framed")
 def test_a_plan_of_unknown_options_is_never_said_to_differ(cycle, tmp_path, capsys):
     """A plan from a file does not hold them: the defaults count where they make the same plan."""
     for name, margin in (("usual", 0.0), ("cautious", 0.005)):
@@ -250,7 +240,6 @@ def test_a_plan_of_unknown_options_is_never_said_to_differ(cycle, tmp_path, caps
     assert not any("differs" in line for line in lines)
 
 
-@pytest.mark.usefixtures("framed")
 def test_a_controller_of_another_plan_is_refused(bead, tmp_path, capsys):
     problem = bead.problem
     wide = problem.replace(scatter=problem.scatter.replace(relative_sd=0.3))
@@ -261,7 +250,6 @@ def test_a_controller_of_another_plan_is_refused(bead, tmp_path, capsys):
     assert status == 2 and "needs a SequenceController that is made of the plan or the problem" in lines[-1]
 
 
-@pytest.mark.usefixtures("framed")
 def test_a_controller_of_a_plan_that_comes_out_differently_is_refused(bead, tmp_path, capsys, monkeypatch):
     log = hwsim.run(hwsim.WeldBeadStand(bead.problem), weldbead.SequenceController(bead))
     log.report(tmp_path / "job.html", plan=bead)

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from cli_fakes import OutcomeAlone, only_news, without_news, without_shares
+from cli_fakes import OutcomeAlone, only_news, pictures_of_page, without_news, without_shares
 
 import hwsim
 import sdpgrind
@@ -61,6 +61,11 @@ def test_keeps_policy_log_journal_and_pictures(finished, policy):
     with sdpgrind.load(finished / "run.db") as journal:
         assert same(journal.log(), log)
     assert sdpgrind.load(finished / "policy.nc").problem == weldbead.preset("P1")
+
+
+def test_every_picture_of_its_page_is_drawn(finished, drawn):
+    """Worst parts, all parts, plan."""
+    assert pictures_of_page(finished, "policy.nc") == 3
 
 
 def test_an_aborted_bead_is_in_no_mean(finished, policy):

@@ -191,7 +191,7 @@ def test_the_optimum_against_brute_force():
     found = best(margin, problem=problem)
     final = found.settings["final_rate"]
     times = []
-    for rate in np.linspace(0.006, 0.0082, 8):
+    for rate in np.linspace(0.006, 0.0082, 12):
         part = functools.partial(believed, problem, stage_rate=rate, final_rate=final)
         remaining = brentq(
             lambda r, part=part: ground(problem, part(stage_remaining=r))[1] - margin, 0.05, 0.2, xtol=1e-6

@@ -102,7 +102,7 @@ def test_wear_that_is_known():
     out = became(plunge.CycleController(dull, online=False, **EXACT), truth=WORN)
     assert out["time"] == pytest.approx(13.16, abs=1.01 * SAMPLE) and out["burned"] == 0
     worn = KNOWN.replace(model=WORN)
-    best = plunge.plan(worn, method="dp", steps=100).time
+    best = plunge.plan(worn, method="dp", steps=200).time
     for online, most in ((True, 1.003), (False, 1.012)):
         known = became(plunge.CycleController(worn, online=online, **EXACT), truth=WORN)
         assert 0.9999 * best < known["time"] < most * best and known["burned"] == 0
@@ -298,7 +298,7 @@ def test_it_learns_sharpness_and_stiffness():
 def test_a_part_is_not_left_before_it_is_round():
     """The size is uncertain by one or two samples of spark-out, 27 nm of roundness each."""
     controller = plunge.CycleController(PROBLEM, safety_margin=0.004, roundness_margin=3e-5)
-    outcome = hwsim.run(hwsim.PlungeGrinder(PROBLEM), controller, parts=200, rng=9).outcome
+    outcome = hwsim.repeat(hwsim.PlungeGrinder(PROBLEM), controller, series=400, rng=9)
     excess = outcome.roundness.values - (PROBLEM.roundness_max - 3e-5)
     sample = float(
         MODEL.roundness(controller.final_rate * (1 + SAMPLE / 2.02)) - MODEL.roundness(controller.final_rate)

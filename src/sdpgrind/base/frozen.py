@@ -2,7 +2,6 @@
 
 import dataclasses
 import difflib
-from functools import cache
 from typing import Any, ClassVar, Self
 
 
@@ -39,14 +38,8 @@ class Frozen:
         return changed
 
 
-def _fields(thing: Any) -> frozenset[str]:
-    return _fields_of(thing.__class__)
-
-
-@cache
-def _fields_of(cls: Any) -> frozenset[str]:
-    known = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
-    return frozenset(field.name for field in known)
+def _fields(thing: Any) -> set[str]:
+    return {field.name for field in dataclasses.fields(thing)} if dataclasses.is_dataclass(thing) else set()
 
 
 def inside(thing: Any) -> tuple[str, ...]:
@@ -55,7 +48,7 @@ def inside(thing: Any) -> tuple[str, ...]:
     return (names,) if isinstance(names, str) else names
 
 
-def _all_fields(thing: Any) -> frozenset[str]:
+def _all_fields(thing: Any) -> set[str]:
     """Names that `replace` of an object accepts."""
     return _fields(thing).union(*(_all_fields(getattr(thing, name, None)) for name in inside(thing)))
 
@@ -73,7 +66,7 @@ def _by_home(owner: str, names: dict[str, Any], inner: dict[str, Any]) -> dict[s
     return found
 
 
-def _refuse_unknown(owner: Any, names: dict[str, Any], known: frozenset[str]) -> None:
+def _refuse_unknown(owner: Any, names: dict[str, Any], known: set[str]) -> None:
     for name in names:
         if name not in known:
             close = difflib.get_close_matches(name, known, 1)

@@ -26,7 +26,7 @@ STARTS = ((0.5, 0.8, 0.4), (2.0, 0.9, 1.0))
 _ITERATIONS = 200  # chosen: most iterations of the solver; more only prolong a failed search
 _OPTIONS: dict[str, Any] = {
     "print_time": False,
-    "no_nlp_grad": True,
+    "no_nlp_grad": True,  # how the optimum depends on data is not asked
     "error_on_fail": False,
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",

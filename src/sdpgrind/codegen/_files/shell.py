@@ -109,7 +109,7 @@ def constants_of(recipe: Recipe, program: CProgram) -> list[Value]:
     wanted = 2 + len(recipe.law) + len(recipe.inputs) + len(recipe.after)
     if len(names) != wanted:
         told = "step(state, *law, *inputs, *after, out)"
-        raise checks.refuse("step", f"{told}, of {wanted} parameters", f"{len(names)}: {', '.join(names)}")
+        raise checks.refuse("step", f"{told}, of {wanted} parameters", names)
     program.comments = dict(recipe.tables)
     pairs = zip(recipe.law, names[1:], strict=False)
     return [program.constant(one, name) for one, name in pairs]

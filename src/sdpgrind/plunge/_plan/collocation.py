@@ -309,6 +309,7 @@ def _solve(job: CollocationTask, start: Guess, strategy: str) -> CollocationFoun
     nlp = CollocationProgram(job, start)
     program = {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)}
     ipopt = IPOPT | {"mu_strategy": strategy}
+    # no_nlp_grad: how the optimum depends on data is not asked, and takes long to prepare
     options: dict[str, Any] = {"print_time": False, "no_nlp_grad": True, "ipopt": ipopt}
     solver = casadi.nlpsol("cycle", "ipopt", program, options)
     low, high = np.array(nlp.low), np.array(nlp.high)

@@ -207,6 +207,7 @@ def _ipopt(program: StageProgram) -> Any:
 
     x, time, conditions = program.symbols
     ipopt = {"print_level": 0, "sb": "yes", "tol": 1e-9, "max_iter": 200, "bound_relax_factor": 1e-10}
+    # no_nlp_grad: how the optimum depends on data is not asked
     options: dict[str, Any] = {"print_time": False, "no_nlp_grad": True, "ipopt": ipopt}
     return casadi.nlpsol("stages", "ipopt", {"x": x, "f": time, "g": conditions}, options)
 
