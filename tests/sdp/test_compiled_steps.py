@@ -70,3 +70,55 @@ def test_a_compiled_step_divides_by_zero_as_numpy_does():
 
     with np.errstate(divide="ignore"):
         np.testing.assert_array_equal(planned(True).table.value, planned(False).table.value)
+
+
+def ratio(s, c, e):
+    return (c.to / c.over + e.z,)
+
+
+def moved(to, over=1.0, **edges):
+    """Plan of a compiled move to a coordinate, from each node of an axis from 0 to 2."""
+    step = sdp.Sampled(ratio, {"z": sdp.Discrete([0.0])}, compiled=True)
+    move = sdp.Move("go", {"to": [to], "over": [over]}, step, charge=-10.0)
+    stop = sdp.Stop("end", lambda s: s.x)
+    return sdp.plan(sdp.Problem([sdp.Axis("x", 0.0, 2.0, 5, **edges)], [move], [stop], sdp.Stages(1, 1.0)))
+
+
+@pytest.mark.parametrize(
+    ("to", "over", "told"),
+    [(-0.25, 1.0, "got -0.25"), (2.25, 1.0, "got 2.25"), (1.0, 0.0, "infinity"), (0.0, 0.0, "NaN")],
+)
+def test_a_compiled_step_must_not_leave_a_refused_edge(to, over, told):
+    with pytest.raises(ValueError, match=f"move 'go'.*{told}"):
+        moved(to, over)
+
+
+@pytest.mark.parametrize("to", [-1e-9, 2.0 + 1e-9])
+def test_rounding_beyond_a_refused_edge_is_none(to):
+    """It is held at the edge; the length of the axis is 2, and 1e-9 of it is counted as rounding."""
+    np.testing.assert_array_equal(moved(to).table.value[1, 0], min(max(to, 0.0), 2.0) - 10.0)
+
+
+@pytest.mark.parametrize(("edges", "to"), [({"below": "hold"}, -0.25), ({"above": "hold"}, 2.25)])
+def test_a_compiled_step_may_leave_an_edge_that_holds(edges, to):
+    np.testing.assert_array_equal(moved(to, **edges).table.value[1, 0], min(max(to, 0.0), 2.0) - 10.0)
+
+
+def test_beyond_a_stopping_edge_the_further_charge_of_the_mode_is_paid():
+    def gone(s, c, e):
+        return (s.x - 3.0 + e.z,)
+
+    def planned(compiled):
+        to = sdp.Sampled(gone, {"z": sdp.Discrete([0.0, 0.5])}, compiled=compiled)
+        moves = [sdp.Move(name, {}, to, into=name, charge=-4.0) for name in ("soft", "hard")]
+        charge = sdp.Charge(under=sdp.Linear(5.0), over=sdp.Linear(1.0))
+        stop = sdp.Stop("end", charge, extra=lambda s: 2.0 * (s.mode == 1) + 1.0)
+        axis = sdp.Axis("x", 0.0, 2.0, 5, below="stop", above="stop")
+        return sdp.plan(sdp.Problem([axis], moves, [stop], sdp.Stages(1, 1.0), modes=("soft", "hard")))
+
+    own = planned(True)
+    np.testing.assert_allclose(own.table.value, planned(False).table.value, rtol=0, atol=1e-15)
+    x = np.linspace(0.0, 2.0, 5)
+    np.testing.assert_allclose(
+        own.table.value[1, 0], np.minimum(5.0 * x + 1.0, 2.75 - x - 4.0 + 1.0), atol=1e-14
+    )

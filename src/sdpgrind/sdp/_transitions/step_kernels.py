@@ -12,11 +12,21 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.charges import Charge
 from sdpgrind.sdp._problem.grid import Ints, record
 from sdpgrind.sdp._problem.one_sided import Constant, Linear, Quadratic
+from sdpgrind.sdp._transitions.arrival_kernels import (
+    CONSTANT,
+    HOLD,
+    LINEAR,
+    NUMBER,
+    QUADRATIC,
+    REFUSE,
+    STOP,
+    EdgeTables,
+    _arrived,
+)
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.sampled import Sampled
 
-HOLD, STOP, NUMBER, REFUSE = range(4)
-_KINDS = {Constant: 0, Linear: 1, Quadratic: 2}
+_KINDS = {Constant: CONSTANT, Linear: LINEAR, Quadratic: QUADRATIC}
 
 
 class Block(Protocol):
@@ -59,23 +69,7 @@ def _kernel(
     charged = charge is not None
 
     @njit(nogil=True, error_model="numpy")
-    def sweep(
-        points,
-        controls,
-        noises,
-        weight,
-        axes,
-        logs,
-        edges,
-        shape,
-        extra,
-        sides,
-        value,
-        target,
-        level,
-        penalty,
-        q,
-    ):
+    def sweep(points, controls, noises, weight, edges, value, target, level, penalty, q):
         """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite.
 
         Return the worst coordinate that left a refused edge (NaN: none did; infinite: one was no number).
@@ -93,49 +87,11 @@ def _kernel(
                 total = 0.0
                 for k in range(weight.size):
                     x = step(s, c, noise(*to_fixed_tuple(noises[k], n_noise)))
-                    here, inside = 0.0, True
+                    paid = 0.0
                     if charged:
-                        here += charge(s, c, after(*x))
-                    for a in range(n_axes):
-                        y = x[a]
-                        if np.isnan(y):
-                            worst, y = np.inf, axes[a, 0]
-                        for side in range(2):
-                            out = y < axes[a, 0] if side == 0 else y > axes[a, 1]
-                            kind = edges[a, side]
-                            if (
-                                out
-                                and kind == REFUSE
-                                and abs(y - axes[a, side]) > 1e-9 * (axes[a, 1] - axes[a, 0])
-                            ):
-                                worst = y
-                            if inside and kind == STOP and out:
-                                inside = False
-                                z = abs(y) - sides[side, 2]
-                                if sides[side, 0] == 0.0:
-                                    here += sides[side, 1] if z >= 0.0 else 0.0
-                                elif z > 0.0:
-                                    here += sides[side, 1] * (z if sides[side, 0] == 1.0 else z * z)
-                                here += beyond
-                            elif inside and kind == NUMBER and (out or y == axes[a, side]):
-                                inside = False
-                                here += extra[a, side]
-                        i = 0.0
-                        if y > axes[a, 0] or not logs[a]:
-                            i = (np.log(y) - np.log(axes[a, 0])) if logs[a] else (y - axes[a, 0])
-                            i /= axes[a, 2]
-                        i = min(max(i, 0.0), shape[a] - 1.0)
-                        low[a] = min(int(i), shape[a] - 2)
-                        part[a] = i - low[a]
-                    if inside:
-                        for corner in range(1 << n_axes):
-                            at, w = 0, 1.0
-                            for a in range(n_axes):
-                                up = (corner >> a) & 1
-                                at = at * shape[a] + low[a] + up
-                                w *= part[a] if up else 1.0 - part[a]
-                            if w > 0.0:
-                                here += w * ahead[at]
+                        paid += charge(s, c, after(*x))
+                    here, refused = _arrived(x, edges, ahead, beyond, paid, low, part)
+                    worst = worst if np.isnan(refused) else refused
                     total += weight[k] * here
                 q[row, node] = total
         return worst
@@ -200,7 +156,7 @@ def _call(
     return _kernel(move.step, move.charge, *types, sizes, read), (
         _columns(s, bundle.count), _columns(c, menu.rows),
         _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
-        *_edges(menu),
+        _edges(menu),
         *map(np.ascontiguousarray, (value, bundle.target[k], level, bundle.penalty[k])), out,
     )  # fmt: skip
 
@@ -233,7 +189,7 @@ def _columns(fields: Any, length: int) -> Floats:
     )
 
 
-def _edges(menu: Menu) -> tuple[Any, ...]:
+def _edges(menu: Menu) -> EdgeTables:
     grid = menu.grid
     axes = np.array([[a.low, a.high, h] for a, h in zip(grid.axes, grid.spacing, strict=True)]).reshape(-1, 3)
     kinds, extra = np.zeros((len(grid.axes), 2), dtype=np.int64), np.zeros((len(grid.axes), 2))
@@ -246,7 +202,7 @@ def _edges(menu: Menu) -> tuple[Any, ...]:
             )
             extra[k, side] = 0.0 if isinstance(edge, str) else edge
     logs = np.array([a.scale == "log" for a in grid.axes])
-    return axes, logs, kinds, np.array(grid.shape, dtype=np.int64), extra, _sides(menu)
+    return EdgeTables(axes, logs, np.array(grid.shape, dtype=np.int64), kinds, extra, _sides(menu))
 
 
 def _sides(menu: Menu) -> Floats:
