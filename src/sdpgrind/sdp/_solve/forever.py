@@ -161,7 +161,7 @@ def _place(problem: Problem, grid: Grid, mode: int, node: int) -> str:
 
 
 def settled(step: Any, rest: Floats, start: Floats) -> Floats:
-    """Return the solution ($) of value = rest + step value; NaN where there is none, or steps do not reach it.
+    """Return the solution ($) of value = rest + step value; NaN where there is none or steps miss it.
 
     `start`: near it.
     """
