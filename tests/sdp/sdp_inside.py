@@ -6,6 +6,7 @@ from sdpgrind.sdp._policy.small_choice import small_tables
 from sdpgrind.sdp._policy.small_tables import Rounding, narrowed, small_of
 from sdpgrind.sdp._policy.value_lost import value_lost
 from sdpgrind.sdp._problem.grid import Grid
+from sdpgrind.sdp._solve import forever
 from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.point_backup import PointBundle
 from sdpgrind.sdp._transitions.menu import Menu
@@ -16,6 +17,7 @@ __all__ = [
     "Menu",
     "PointBundle",
     "Rounding",
+    "forever",
     "narrowed",
     "small_kernels",
     "small_of",

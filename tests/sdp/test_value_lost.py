@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sdp_inside import value_lost
+from scipy import sparse
+from sdp_inside import forever, value_lost
 
 from sdpgrind import sdp
 
@@ -144,3 +145,12 @@ def test_without_a_deadline():
     assert found.all_stages == found.first_stage == found.bound > 1e-4
     endless = value_lost(plan, np.zeros_like(rounded))
     assert endless.all_stages == np.inf
+
+
+def test_a_cost_that_steps_do_not_reach_is_not_told():
+    """A ten-thousandth of the way in a step, from 1 to 10 000: too far for the rounds of many states."""
+    slow = sparse.diags_array(np.full(forever.DIRECT + 1, 0.9999), format="csr")
+    start = np.full(slow.shape[0], 1.0)
+    assert np.isnan(forever.settled(slow, np.full(start.size, 1.0), start)).all()
+    near = forever.settled(slow, np.full(start.size, 1.0), np.full(start.size, 1e4))
+    np.testing.assert_allclose(near, 1e4, rtol=1e-12)

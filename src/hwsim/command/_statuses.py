@@ -9,11 +9,12 @@ from types import FrameType
 from typing import Final, TextIO
 
 OK: Final = 0
-FAILED: Final = 1  # chosen: a part was broken off or aborted, or a page was changed
-WRONG_INPUT: Final = 2  # source: argparse
+FAILED: Final = 1  # chosen: a part broken off or aborted, a page changed, a limit not known to be kept
+WRONG_INPUT: Final = 2  # source: argparse; a file that cannot be checked as well
 ENVIRONMENT: Final = 3  # chosen: disk, permission, memory, another run, a damaged file
 OUR_FAULT: Final = 70  # source: EX_SOFTWARE of sysexits.h
 _OF_SIGNALS: Final = 128  # source: a shell adds the number of the signal
+INTERRUPTED: Final = int(_OF_SIGNALS + signal.SIGINT)
 
 
 class Terminated(BaseException):
@@ -64,7 +65,7 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
         (MemoryError, ENVIRONMENT),
         (ImportError, ENVIRONMENT),
         (ValueError, WRONG_INPUT),
-        (KeyboardInterrupt, _OF_SIGNALS + signal.SIGINT),
+        (KeyboardInterrupt, INTERRUPTED),
         (Terminated, _OF_SIGNALS + signal.SIGTERM),
     )
 

@@ -13,9 +13,8 @@ from sdpgrind.base.quantities import Described, custom, described, part, quantit
 from sdpgrind.weldbead import GrindingProcess, SequenceProblem
 
 Truth: TypeAlias = GrindingProcess | SequenceProblem | Callable[[np.random.Generator], Any] | None
-_RESOLUTION = (
-    1e-3  # s; chosen: passes last whole milliseconds, or whole ticks where the stage needs finer ones
-)
+# s, chosen: passes last whole milliseconds, or whole ticks where the stage needs finer ones
+_RESOLUTION = 1e-3
 
 
 def _checked_truth(name: str, truth: Any) -> Any:

@@ -8,6 +8,8 @@ from sdpgrind.base.checks import Floats, shown
 from sdpgrind.finishing._program.program_path import ProgramPath
 from sdpgrind.finishing._program.turns import turns_of
 
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+
 
 def misread(language: str, number: int, line: str) -> ValueError:
     """Return the error of a line that is not understood."""
