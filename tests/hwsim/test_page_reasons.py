@@ -1,0 +1,64 @@
+"""Reasons on a page of a log: a mean is called a mean, the least value is that of the worst part."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray
+
+from hwsim._report import locus, plunge
+from hwsim._report.worst import mean_and_worst
+
+
+def log_of(outcomes, controller=None, **more):
+    parts = {name: ("part", np.asarray(values, dtype=float)) for name, values in outcomes.items()}
+    outcome = xarray.Dataset({**parts, **more}, attrs={"stock": 0.3})
+    made = None if controller is None else {"controller": controller}
+    return SimpleNamespace(outcome=outcome, made_of=made)
+
+
+def test_the_least_slack_of_a_page_is_that_of_the_worst_part():
+    rates = {"true_infeed_rate": (("part", "t"), np.full((3, 2), 0.010))}
+    rates |= {"best_infeed_rate": (("part", "t"), np.full((3, 2), 0.011))}
+    values = {"slack": [1.2, 0.3234, 1.3], "convergence_time": [4.0, 5.0, 6.0], "timed_out": np.zeros(3)}
+    told = locus.reasons(log_of(values, SimpleNamespace(margin=6.0), **rates), None)
+    assert "at least" not in told["time"] and told["time"].endswith(told["slack"])
+    assert told["slack"] == (
+        "the least distance to burning was 0.941 W on average, 0.323 W in part 1, the worst, where 6 W were "
+        "planned"
+    )
+    assert "planned" not in locus.reasons(log_of(values, **rates), None)["slack"]
+    assert locus.planned(log_of(values, SimpleNamespace(margin=6.0), **rates), None)["slack"].value == 6.0
+    assert "slack" not in locus.planned(log_of(values, SimpleNamespace(margin="designed"), **rates), None)
+
+
+def test_the_slack_of_a_plunge_page_names_its_least():
+    table = xarray.Dataset({"part": ("row", [0, 1]), "infeed_rate_planned": ("row", [0.002, 0.003])})
+
+    class Log(SimpleNamespace):
+        tiers = ("controller",)
+
+        def __getitem__(self, tier):
+            return table
+
+        def __len__(self):
+            return 2
+
+    outcome = log_of({"part_slack": [0.0058, 0.0023], "time": [12.0, 13.0]}).outcome
+    plan = SimpleNamespace(safety_margin=0.0, trajectory=SimpleNamespace(infeed_rate=[0.0026]))
+    told = plunge.reasons(Log(outcome=outcome, made_of=None), plan)
+    assert "4.05 µm on average, 2.3 µm in part 1, the worst, where 0 µm were planned" in told["part_slack"]
+    assert "2.5 µm/s on average by the controller" in told["roundness"]
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ([np.nan, np.nan], "not known"),
+        ([2.0], "2 W"),
+        ([2.0, 2.0], "2 W in every part"),
+        ([3.0, np.nan, 1.0], "2 W on average, 1 W in part 2, the worst"),
+    ],
+)
+def test_mean_and_worst(values, told):
+    assert mean_and_worst("slack", np.array(values), "W") == told
