@@ -62,5 +62,6 @@ def _passes(log: Any) -> str:
     return (
         f"on average a pass was asked for {wanted.mean():.3g} mm and took {missing.value:.2g} ± "
         f"{missing.half:.1g} mm less, as its planner left {share:.2g} % of the volume at the limits of "
-        f"force and power; what a pass leaves, the next makes up for; planned feed {feed:.4g}, realised {fed:.4g} mm/s"
+        f"force and power; what a pass leaves, the next makes up for; planned feed {feed:.4g}, realised "
+        f"{fed:.4g} mm/s"
     )
