@@ -7,7 +7,9 @@ import pytest
 import xarray
 
 from hwsim._report import locus, plunge
+from hwsim._report.log_page import _count
 from hwsim._report.worst import mean_and_worst
+from hwsim.command._weldbead import report as terminal
 
 
 def log_of(outcomes, controller=None, **more):
@@ -15,6 +17,11 @@ def log_of(outcomes, controller=None, **more):
     outcome = xarray.Dataset({**parts, **more}, attrs={"stock": 0.3})
     made = None if controller is None else {"controller": controller}
     return SimpleNamespace(outcome=outcome, made_of=made)
+
+
+class Parts(SimpleNamespace):
+    def __len__(self):
+        return self.outcome.sizes["part"]
 
 
 def test_the_least_slack_of_a_page_is_that_of_the_worst_part():
@@ -62,3 +69,20 @@ def test_the_slack_of_a_plunge_page_names_its_least():
 )
 def test_mean_and_worst(values, told):
     assert mean_and_worst("slack", np.array(values), "W") == told
+
+
+def test_ground_below_in_places_and_on_average_are_told_apart():
+    """On the terminal and on the page: of three beads two are below somewhere, one as a whole."""
+    below = {"height": [-0.001, 0.02, 0.03], "overground": [0.01, 0.002, 0.0], "overground_worst": [0.1] * 3}
+    other = dict.fromkeys(("penalty", "passes", "lateness", "time"), [1.0, 1.0, 1.0])
+    log = log_of(below | other)
+    risk = SimpleNamespace(passes=1.0, overground=0.25)
+    lines = {line[:24].strip(): line[24:].split() for line in terminal._summary(log.outcome, risk, None)}
+    assert lines["mean overground (%)"][:2] == ["25.0", "33.3"]
+    assert lines["overground in places (%)"][0] == "66.7"
+    assert (
+        _count(Parts(outcome=log.outcome), "overground", burns=True) == "2 of 3 (on average over the bead: 1)"
+    )
+    level = Parts(outcome=log.outcome.drop_vars("overground_worst"))
+    assert _count(level, "overground", burns=True) == "2 of 3"
+    assert "overground (%)" in "\n".join(terminal._summary(level.outcome, risk, None))

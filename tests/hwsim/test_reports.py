@@ -239,10 +239,7 @@ def test_the_picture_of_the_worst_parts_names_the_part_it_shows(page, ground, no
     pictures = re.findall(r"<svg\b.*?</svg>", text, re.S)
     shown = {"Part": f"Part {worst[0]}", "Parts": f"Parts {', '.join(map(str, worst[::-1]))}"}[noun]
     assert f">{shown}<" in pictures[0] and "The last part" not in text
-    assert (
-        f"The 3 worst parts (by time, then part slack), worst last: {', '.join(map(str, worst[::-1]))}"
-        in text
-    )
+    assert f"The 3 worst parts (by time, then part slack), worst first: {', '.join(map(str, worst))}" in text
     assert f">Part {len(ground) - 1}, the last<" in pictures[1]
 
 
@@ -252,7 +249,7 @@ def test_the_picture_of_the_worst_parts_says_what_spoiled_the_first_of_them(grou
     best = int(np.argmin(spoiled.outcome.time.values))
     spoiled.outcome["out_of_round"] = ("part", 1.0 * (np.arange(len(spoiled)) == best), {"units": "1"})
     assert worst_parts(spoiled, charged_names(spoiled), 1) == [best]
-    told = rf"The 3 worst parts \(by out of round, then time\), worst last: .*, {best}\]"
+    told = rf"The 3 worst parts \(by out of round, then time\), worst first: {best}, .*\]"
     assert re.search(told, spoiled.report())
 
 

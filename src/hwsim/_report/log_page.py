@@ -148,6 +148,8 @@ def _count(log: Any, name: str, burns: bool) -> str:
     bad = int(np.sum(log.outcome[name].values > 0))
     known = log.outcome.attrs.get("burn_threshold") if name == "burned" else None
     told = f" (burn threshold {known})" if known else ""
+    if name == "overground" and "overground_worst" in log.outcome:  # a bead that is not level
+        told = f" (on average over the bead: {int(np.sum(log.outcome.height.values < 0)) or 'none'})"
     return (f"{bad} of {len(log)}" if bad else "none") + told
 
 
