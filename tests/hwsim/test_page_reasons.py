@@ -7,6 +7,7 @@ import pytest
 import xarray
 
 from hwsim._report import locus, plunge
+from hwsim._report.charged import meanings_of
 from hwsim._report.log_page import _count
 from hwsim._report.worst import mean_and_worst
 from hwsim.command._weldbead import report as terminal
@@ -74,7 +75,7 @@ def test_mean_and_worst(values, told):
 def test_ground_below_in_places_and_on_average_are_told_apart():
     """On the terminal and on the page: of three beads two are below somewhere, one as a whole."""
     below = {"height": [-0.001, 0.02, 0.03], "overground": [0.01, 0.002, 0.0], "overground_worst": [0.1] * 3}
-    other = dict.fromkeys(("penalty", "passes", "lateness", "time"), [1.0, 1.0, 1.0])
+    other = {name: [1.0, 1.0, 1.0] for name in ("penalty", "passes", "lateness", "time")}
     log = log_of(below | other)
     risk = SimpleNamespace(passes=1.0, overground=0.25)
     lines = {line[:24].strip(): line[24:].split() for line in terminal._summary(log.outcome, risk, None)}
@@ -86,3 +87,11 @@ def test_ground_below_in_places_and_on_average_are_told_apart():
     level = Parts(outcome=log.outcome.drop_vars("overground_worst"))
     assert _count(level, "overground", burns=True) == "2 of 3"
     assert "overground (%)" in "\n".join(terminal._summary(level.outcome, risk, None))
+
+
+def test_columns_without_a_unit_are_explained():
+    log = log_of({"time": [1.0], "reserve": [0.1]})
+    log.outcome.attrs["plant"] = "PlungeGrinder"
+    (told,) = meanings_of(log)
+    assert told.startswith("reserve: logarithm of the temperature of damage over the greatest")
+    assert not meanings_of(log_of({"reserve": [0.1]}))

@@ -403,5 +403,11 @@ def test_the_page_of_a_file_tells_what_was_read_and_invents_no_verdict():
     assert "20 rows of 1 part read from the mapping, 19 s in all" in told
     assert re.search(r"^grinding power \[W\] +20 +1000 +1500 +2000$", told, re.M)
     assert not any(words in told for words in (" by :", "finished", "Worst parts", "Every part", "1 parts"))
+    rates = {"t [s]": np.arange(20.0), "X [mm]": 0.04 * np.arange(20.0), "v [mm/s]": np.full(20, 0.04)}
+    fed = hwsim.Log.read(rates, time="t", size="X", command_rate="v")
+    assert re.search(r"^command rate \[µm/s\] +20 +40.00 +40.00 +40.00$", fed.report(), re.M)
+    axes = fed.plot().axes  # in the units of the table
+    assert [axis.get_ylabel() for axis in axes] == ["size [mm]", "command rate [µm/s]"]
+    assert axes[1].lines[0].get_ydata()[0] == pytest.approx(40.0)
     two = hwsim.Log.read(table, time="t", grinding_power="P", part="n")
     assert "20 rows of 2 parts" in (told := two.report()) and "Every part" in told

@@ -14,6 +14,7 @@ from hwsim._report.charged import (
     events_of,
     least_of,
     likeness,
+    meanings_of,
     ranked_by,
     values_of,
     worst_parts,
@@ -122,6 +123,8 @@ def _of_run(log: Any, plan: Any, *, burns: bool) -> Iterator[Block]:
     if plan is not None and callable(getattr(plan, "plot", None)):
         yield Picture("The plan", plan.plot)
     yield from every_part(log, outcomes)
+    if told := meanings_of(log):
+        yield Sentences(told)
 
 
 def _verdict(log: Any, charges: Charges, burns: bool) -> Iterator[str]:

@@ -9,6 +9,12 @@ from sdpgrind.base.sheets.amounts import Interval
 from sdpgrind.base.units import UM
 
 CHARGED = ("time", "part_slack", "roundness", "burned", "out_of_round")
+MEANINGS = {
+    "reserve": "logarithm of the temperature of damage over the greatest that the finished surface saw; below"
+    " 0 it is burned",
+    "severity": "that greatest temperature over the one of damage; above 1 the finished surface is burned",
+    "severity_reading": "severity as the inspection reads it",
+}
 
 
 def planned(log: Any, plan: Any) -> dict[str, Interval]:
