@@ -191,6 +191,7 @@ def test_a_comparison_has_a_page(tmp_path):
     ("kind", "told"),
     [
         ("centering.profile", "a measured profile cannot be made again"),
+        ("centering.roundness", "a sheet of a measured ring cannot be made again"),
         ("identify.doubts", "a page of doubts on measured data cannot be made again"),
         ("sdp.policy", "this one is of a plan of its own kind, sdp.policy"),
     ],
