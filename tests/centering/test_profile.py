@@ -112,7 +112,7 @@ def test_turns_of_what_steps_have_made(profiles):
     _, second, third = profiles
     assert second.nyquist != 180.0  # by rounding
     with pytest.raises(
-        ValueError, match=r"upr_max must leave the samples a condition .* 180 upr .*: 170 upr are sure"
+        ValueError, match=r"upr_max must ask for waves that .* got 180 upr .*: up to 170 upr are sure"
     ):
         second.harmonics(180)  # not that it must be <= 180
     assert third.turns == pytest.approx(1.0, abs=1e-12)

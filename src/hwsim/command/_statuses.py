@@ -6,7 +6,7 @@ import sys
 import tempfile
 import traceback
 from types import FrameType
-from typing import Final, TextIO
+from typing import Any, Final, TextIO
 
 OK: Final = 0
 FAILED: Final = 1  # chosen: a part broken off or aborted, a page changed, a limit not known to be kept
@@ -52,7 +52,6 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
     from sdpgrind.base.damaged import DamagedFileError
 
     return (
-        (BrokenPipeError, OK),
         (Aborted, FAILED),
         (SecondWriterError, ENVIRONMENT),
         (DamagedFileError, ENVIRONMENT),
@@ -73,9 +72,6 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
 def ended(error: BaseException) -> int:
     """Say in a line, or one a fault, on standard error what ended a command, and return its exit status."""
     status = next((number for cls, number in _table() if isinstance(error, cls)), OUR_FAULT)
-    if isinstance(error, BrokenPipeError):
-        forget_output()
-        return status
     say(_sentence(error, status))
     return status
 
@@ -125,9 +121,40 @@ def print_to_end(text: str = "") -> None:
         sys.stderr.write(text)
         sys.stderr.flush()
     except BrokenPipeError:
-        forget_output(sys.stderr)
+        _forget_output(sys.stderr)
 
 
-def forget_output(stream: TextIO | None = None) -> None:
-    """Redirect the output, or another stream, to the null device, so that the interpreter does not fail."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
+class UnreadOutput:
+    """A stream that forgets what is written once its reader has closed it, so that the work goes on.
+
+    Parameters
+    ----------
+    stream : file
+        Stream that it stands for: standard output.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text, or forget it."""
+        try:
+            return self._stream.write(text)
+        except BrokenPipeError:
+            _forget_output(self._stream)
+            return len(text)
+
+    def flush(self) -> None:
+        """Write what is kept, or forget it."""
+        try:
+            self._stream.flush()
+        except BrokenPipeError:
+            _forget_output(self._stream)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def _forget_output(stream: TextIO) -> None:
+    """Redirect a stream to the null device, so that the interpreter does not fail."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -68,11 +68,14 @@ def _summary(outcome: Any, risk: Any, planned: float | None) -> Iterator[str]:
     yield summary_line("penalty ($)", outcome.penalty.values, ".4f", planned)
     yield summary_line("passes", outcome.passes.values, ".2f", float(risk.passes))
     yield summary_line("height left (mm)", outcome.height.values, ".4f")
-    yield summary_line(
-        "overground (%)", 100.0 * (outcome.height.values < 0), ".1f", 100.0 * float(risk.overground)
-    )
+    level = "overground_worst" not in outcome
+    below = 100.0 * (outcome.height.values < 0)
+    name = "overground (%)" if level else "mean overground (%)"
+    yield summary_line(name, below, ".1f", 100.0 * float(risk.overground))
+    if not level:
+        yield summary_line("overground in places (%)", 100.0 * (outcome.overground.values > 0), ".1f")
     yield summary_line("overground depth (mm)", outcome.overground.values, ".4f")
-    if "overground_worst" in outcome:
+    if not level:
         yield summary_line("deepest place (mm)", outcome.overground_worst.values, ".4f")
     yield summary_line("late (%)", 100.0 * (outcome.lateness.values > 0), ".1f")
     yield summary_line("time used (s)", outcome.time.values, ".1f")
