@@ -236,6 +236,33 @@ FAULTS = [
     ),
     ('"10 J/mm^3"', "-10", "", "[process] specific_energy must be > 0 (J/mm^3); got -10.0"),
     (
+        '"10 J/mm^3"',
+        '"11 J/cm3"',
+        "",
+        "[process] specific_energy must be in J/mm^3, some 10; got 0.011, from '11 J/cm3'\n",
+    ),
+    (
+        "free_speed = 500.0",
+        "free_speed = 5000",
+        "",
+        "[process] free_speed must be in rad/s, some 500; the rim of a disc of 85 mm would run at 425 m/s, 125 at"
+        ' most; "... rpm" for rev/min; got 5000.0\n',
+    ),
+    (
+        "free_speed = 500.0",
+        'free_speed = "5000"',
+        "",
+        "[process] free_speed must be in rad/s, some 500; the rim of a disc of 85 mm would run at 425 m/s, 125 at"
+        " most; got '5000'\n",
+    ),
+    ('"0.05 kN"', '"50 kN"', "", "force_max must be in N, some 50; got 50000.0, from '50 kN'\n"),
+    (
+        "",
+        "",
+        "[stand.truth]\nspecific_energy = 12800\n",
+        "[stand.truth] specific_energy must be in J/mm^3, some 10; got 12800.0\n",
+    ),
+    (
         "linear = 2.0",
         "linear = -2.0",
         "",
@@ -298,6 +325,11 @@ FAULTS = [
     ("stage = 2", "stage = 2\nstage = 4", "", "line 9, 'stage = 4': the key is there twice\n"),
     ("[process]", "[process", "", "line 9, '[process': Expected ']' at the end of a table declaration\n"),
 ]
+
+
+def test_an_idle_power_in_kilowatts_warns(job):
+    with pytest.warns(UserWarning, match="idle_power is 0.1 W"):
+        read(job('"0.1 kW"', "0.1"))
 
 
 @pytest.mark.parametrize(("old", "new", "more", "line"), FAULTS)

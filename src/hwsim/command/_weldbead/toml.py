@@ -23,7 +23,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import specs, units_of
 from sdpgrind.base.unit_text import quantity
 from sdpgrind.weldbead import force, passes
-from sdpgrind.weldbead.kernels import Motor
+from sdpgrind.weldbead.kernels import Motor, check_units
 
 Problem: TypeAlias = weldbead.SequenceProblem
 Policy: TypeAlias = weldbead.SequencePolicy
@@ -115,7 +115,7 @@ def _one_pass(problem: Problem, disc: passes.TiltedDisc, contour: passes.Contour
 
 def _problem(job: Table) -> Problem:
     return weldbead.SequenceProblem(
-        job.table("process").one(weldbead.GrindingProcess),
+        _process(job.table("process")),
         **job.values(weldbead.SequenceProblem, skip=("burn_limit",)),
         durations=job.list_of("durations", units_of(weldbead.SequenceProblem)["durations"]),
         scatter=_scatter(job.table("scatter")),
@@ -127,6 +127,12 @@ def _problem(job: Table) -> Problem:
         if job.has("finish_charge")
         else None,
     )
+
+
+def _process(table: Table) -> weldbead.GrindingProcess:
+    process = table.one(weldbead.GrindingProcess)
+    table.made(check_units, process)
+    return process
 
 
 def _scatter(table: Table) -> weldbead.Scatter:

@@ -60,7 +60,7 @@ def _take(moves: Moves, kind: str, groups: tuple[Any, ...], number: int) -> None
     elif kind == "work":
         moves.work = _pose(groups[0])
     elif kind == "movej":
-        moves.turn_joints(np.array(numbers(groups[0])))
+        moves.turn_joints(np.array(numbers(groups[0])), float(groups[2]))
     elif kind == "movel":
         pose = _pose(groups[0])
         moves.line(pose, _METRE * float(groups[2]), _METRE * float(groups[3]), ())
