@@ -10,7 +10,7 @@ from cycle_readings import EXPERIMENT, NOMINAL
 from plunge_inside import contact, cycles, of_cycles
 
 import hwsim
-from sdpgrind import plunge
+from sdpgrind import identify, plunge
 
 SAMPLES = Path(__file__).parents[1] / "data" / "samples"
 STEP, ROWS = 0.05, 220
@@ -216,6 +216,40 @@ def test_the_plan_follows_what_doubts_say_of_the_lag():
     assert plunge.plan(NOMINAL.updated(tau)).time < 0.97 * plunge.plan(NOMINAL).time
     assert EXPERIMENT.updated(tau).model.linear_time_constant == tau["time_constant"]
     assert plunge.plan(EXPERIMENT.updated(tau)).time < 0.97 * plunge.plan(EXPERIMENT).time
+
+
+@pytest.mark.parametrize("lag", [0.5, 1.25, 10.0])
+def test_a_time_constant_that_would_change_no_plan_is_refused(lag):
+    """`replace` names the stiffness, whose plan is that of `updated`."""
+    with pytest.raises(
+        ValueError, match=r"time_constant must be .* 1\.933 \(s\).*the plan rests on"
+    ) as refused:
+        NOMINAL.replace(time_constant=lag)
+    stiffness = float(re.search(r"stiffness = ([\d.e+]+) \(N/mm\)", str(refused.value))[1])
+    stiff = NOMINAL.replace(stiffness=stiffness)
+    assert stiff.time_constant == pytest.approx(lag, rel=1e-3)
+    told = identify.Estimate(("time_constant",), [lag], [[1e-4]], units=("s",))
+    assert plunge.plan(stiff).time == pytest.approx(plunge.plan(NOMINAL.updated(told)).time, rel=1e-3)
+    with pytest.raises(ValueError, match=f"linear_time_constant = {lag:g} gives it another"):
+        EXPERIMENT.replace(time_constant=lag)
+
+
+def test_a_time_constant_of_the_deflection_is_taken():
+    own = NOMINAL.time_constant
+    assert NOMINAL.replace(time_constant=own) == NOMINAL == NOMINAL.replace(time_constant=None)
+    assert NOMINAL.replace(time_constant=round(own, 4)).time_constant == round(own, 4)
+    for changes in ({"normal_force_ratio": 2 * NOMINAL.model.normal_force_ratio}, {"stiffness": 4000.0}):
+        assert NOMINAL.replace(**changes).time_constant == pytest.approx(2 * own)
+
+
+def test_doubts_believe_the_lag_that_the_plan_has():
+    """Believed and told, and the plans of both, are of one quantity, whatever the printed cycle assumes."""
+    assumed = dataclasses.replace(NOMINAL, time_constant=1.0)
+    data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))
+    doubts, own = assumed.doubts(data), NOMINAL.doubts(data)
+    assert doubts["time_constant"].believed == NOMINAL.time_constant and doubts.stakes == own.stakes
+    (stake,) = doubts.stakes  # a shorter lag, a shorter plan
+    assert stake.high < doubts["time_constant"].believed and stake.at_high < doubts.figure.value
 
 
 def test_a_frozen_gauge_is_said():

@@ -20,6 +20,7 @@ from sdpgrind.plunge._identify import contact, sharpness
 from sdpgrind.plunge._identify.cycles import Cycle, cycles, fault, mean_of_parts
 from sdpgrind.plunge._identify.time_constant import NAME, UNIT, by_output_error
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._model.time_constants import of_deflection
 
 _POWER = "grinding_power at three infeed rates or more; at fewer, chips and sliding cannot be told apart"
 _LINEAR, _DEFLECTION = "linear lag", "deflection of the model, scaled"
@@ -107,7 +108,7 @@ def _into_the_plan(problem: CycleProblem, tau: Estimate, by_model: bool) -> list
 def _told(problem: CycleProblem, each: tuple[Cycle, ...], tau: Estimate, law: str) -> list[Doubt]:
     """Rows of the values that sizes, commands and powers may tell; `law`: that of the time constant."""
     model = problem.model
-    found = [compared(tau, NAME, float(problem.time_constant or 0.0), note=law, least=0.0)]
+    found = [compared(tau, NAME, of_deflection(problem), note=law, least=0.0)]
     if model.linear_time_constant is not None:
         told = tau.replace(names=("linear_time_constant",))
         found.append(
