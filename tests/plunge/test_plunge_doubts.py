@@ -180,6 +180,38 @@ def test_what_rests_on_a_deflection_that_does_not_fit_is_not_told(begins):
     assert re.search(r"[\d.]+ µm against [\d.]+ µm", said)
 
 
+def parts_of(size, sd, correlation, seed, count=4):
+    """Parts of one machine, with noise of their own."""
+    rng = np.random.default_rng(seed)
+    each = [file(1.25, "begin", sd, correlation, rng)["size"] - size_of(1.25) + size for _ in range(count)]
+    return {
+        "time": np.tile(TIME, count), "command_rate": np.tile(RATE, count),
+        "size": np.concatenate(each), "part": np.repeat(np.arange(count), ROWS),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
+def test_noise_hides_no_law_of_the_lag(correlation):
+    """0.5 um, which is more than the laws differ: of four parts, the law that is not theirs is refused."""
+    linear = NOMINAL.doubts(parts_of(size_of(1.25), 5e-4, correlation, 0))
+    assert {row.name for row in linear.rows if row.measured} == {"time_constant"}
+    assert linear["time_constant"].low < 1.25 < linear["time_constant"].high
+    assert any("would decide), on which contact_zero" in sentence for sentence in linear.sentences)
+    stiff = NOMINAL.replace(stiffness=12e3)
+    bent = contact.course(cycles.cycles(file(1.25, "begin"))[0], stiff.model).size
+    doubts = NOMINAL.doubts(parts_of(bent, 5e-4, correlation, 0))
+    truth = {"contact_zero": 0.0, "normal_force_ratio": NOMINAL.model.normal_force_ratio * 8 / 12}
+    for name, value in (truth | {"time_constant": stiff.time_constant}).items():
+        assert doubts[name].low < value < doubts[name].high, name
+
+
+def test_a_law_that_is_not_told_is_said():
+    """Under noise of 20 um both fit: what rests on the deflection says so."""
+    doubts = NOMINAL.doubts(parts_of(size_of(1.25), 0.02, 0.0, 0, count=1))
+    (said,) = [sentence for sentence in doubts.sentences if "do not tell the deflection" in sentence]
+    assert "contact_zero, normal_force_ratio and wear_flat_area hold with the deflection" in said
+
+
 def test_a_linear_lag_as_advised_is_the_only_lag_of_the_problem():
     """The call of the sentence, run: lag of the model and time constant of the controller are one."""
     data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))

@@ -15,7 +15,7 @@ from sdpgrind.identify import Estimate
 from sdpgrind.plunge._doubts import cost, experiments
 from sdpgrind.plunge._doubts.alignment import of_cycles
 from sdpgrind.plunge._doubts.jobs import against_the_problem
-from sdpgrind.plunge._doubts.residuals import misfit, of_model, of_models, of_readings
+from sdpgrind.plunge._doubts.residuals import MODEL, law_of, of_model, of_models, of_readings
 from sdpgrind.plunge._identify import contact, sharpness
 from sdpgrind.plunge._identify.cycles import Cycle, cycles, fault, mean_of_parts
 from sdpgrind.plunge._identify.time_constant import NAME, UNIT, by_output_error
@@ -59,11 +59,12 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
     reader = assumed.reader_of(data, table)
     aligned = of_cycles(usable, reader.commands_at) if usable else None
     deflected = of_model(problem, usable)
-    by_model = deflected is not None and aligned is not None and deflected.noise_sd <= aligned.fit.noise_sd
+    law = law_of(aligned.fit, deflected) if aligned and deflected else None
+    by_model = law is not None and law.best == MODEL
     lag = contact.secant if by_model else lambda cycle, _: by_output_error(cycle)
     tau = mean_of_parts(each, lambda cycle: lag(cycle, problem), NAME, UNIT)
     told = _told(problem, each, tau, _SAME if by_model else _LINEAR)
-    if aligned and misfit(aligned.fit, deflected):
+    if law and law.sure and not by_model:
         told = [_not_to_rely_on(row) for row in told]
     model = complete(told, problem.model, HINTS)
     figure, stakes = cost.of_plan(problem, [row for row in model if row.note != _SAME])
