@@ -263,7 +263,7 @@ SHAFT = """
 stock = 0.2
 command_rate_max = "2 mm/min"
 roundness_max = "4 um"
-time_constant = 2.0
+time_constant = "90.85 ms"
 sample_time = "20 ms"
 [model]
 wheel_diameter = "40 cm"
@@ -318,6 +318,17 @@ def job(tmp_path):
     return write
 
 
+def test_a_time_constant_of_the_printed_cycle_alone(tmp_path):
+    """It is no machine's: the example with another is refused, unless its controller takes it."""
+    example = EXAMPLE.read_text().replace('sample_time = "0.04 s"', 'time_constant = "1.25 s"')
+    path = tmp_path / "job.toml"
+    path.write_text(example)
+    with pytest.raises(ValueError, match=r"time_constant must be left out, or 1\.933 \(s\).*from '1.25 s'"):
+        read(path)
+    path.write_text(example.replace("[controller]", '[controller]\nsparkout = "printed"'))
+    assert read(path).problem.time_constant == 1.25
+
+
 def test_every_table(job):
     got = read(job())
     model = plunge.PlungeModel(
@@ -330,7 +341,7 @@ def test_every_table(job):
     assert (got.problem.command_rate_max, got.problem.sample_time, got.problem.time_constant) == (
         pytest.approx(1 / 30),
         0.02,
-        2.0,
+        0.09085,
     )
     stand = hwsim.PlungeGrinder(
         got.problem, noise=hwsim.GrinderNoise(size_sd=0.0), size_delay=True, command_quantum=1e-4, max_time=120.0,
@@ -353,7 +364,7 @@ FAULTS = [
         '"0.5 um"',
         "roundness_max must be > roundness_base = 0.001: no rate is round enough (mm); got 0.0005",
     ),
-    ('"20 ms"', '"1 s"', "sample_time must be <= time_constant/4 = 0.5 (s); got 1.0"),
+    ('"20 ms"', '"1 s"', "sample_time must be <= time_constant/4 = 0.02271 (s); got 1.0"),
     ("internal = false", "internal = 1", "model.internal must be true or false; got 1"),
     (
         "internal = false",

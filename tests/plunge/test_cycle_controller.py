@@ -1,5 +1,7 @@
 """Controllers of plunge cycles on a simulated grinder: published numbers, bound, contact, baselines."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from cycle_parts import (
@@ -72,7 +74,7 @@ def test_without_any_damage():
 @pytest.mark.parametrize(("share", "time", "roundness"), [(0.9, None, 3.33e-3), (1.1, 1.2, None)])
 def test_a_wrong_time_constant(share, time, roundness):
     right = became(plunge.CycleController(PROBLEM, safety_margin=0.0125, **PRINTED))
-    wrong = PROBLEM.replace(time_constant=share * PROBLEM.time_constant)
+    wrong = dataclasses.replace(PROBLEM, time_constant=share * PROBLEM.time_constant)
     out = became(plunge.CycleController(wrong, safety_margin=0.0125, **PRINTED))
     assert time is None or out["time"] - right["time"] == pytest.approx(time, abs=1.5 * SAMPLE)
     assert roundness is None or out["roundness"] == pytest.approx(roundness, abs=3e-5)

@@ -1,5 +1,7 @@
 """Units of a commissioning cycle: eight mistakes are named, right cycles pass, and what cannot be told is said."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from machine_readings import PROBLEM, recorded
@@ -76,7 +78,9 @@ def test_a_power_that_no_unit_explains():
         commission(data | {"grinding_power": 10.5 * data["grinding_power"]})
 
 
-@pytest.mark.parametrize("problem", [PROBLEM.replace(time_constant=3.5), PROBLEM.replace(grinding_ratio=5.0)])
+@pytest.mark.parametrize(
+    "problem", [dataclasses.replace(PROBLEM, time_constant=3.5), PROBLEM.replace(grinding_ratio=5.0)]
+)
 def test_what_cannot_be_told_is_said(problem):
     """A hold below three time constants, or a wheel that wears fast, tells no unit."""
     fit = commission(recorded(), problem)

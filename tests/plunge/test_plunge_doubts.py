@@ -10,7 +10,7 @@ from cycle_readings import EXPERIMENT, NOMINAL
 from plunge_inside import contact, cycles, of_cycles, residuals
 
 import hwsim
-from sdpgrind import plunge
+from sdpgrind import identify, plunge
 
 SAMPLES = Path(__file__).parents[1] / "data" / "samples"
 STEP, ROWS = 0.05, 220
@@ -196,6 +196,38 @@ def test_what_rests_on_a_deflection_that_does_not_fit_is_not_told(begins):
     assert re.search(r"[\d.]+ µm against [\d.]+ µm", said)
 
 
+def parts_of(size, sd, correlation, seed, count=4):
+    """Parts of one machine, with noise of their own."""
+    rng = np.random.default_rng(seed)
+    each = [file(1.25, "begin", sd, correlation, rng)["size"] - size_of(1.25) + size for _ in range(count)]
+    return {
+        "time": np.tile(TIME, count), "command_rate": np.tile(RATE, count),
+        "size": np.concatenate(each), "part": np.repeat(np.arange(count), ROWS),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
+def test_noise_hides_no_law_of_the_lag(correlation):
+    """0.5 um, which is more than the laws differ: of four parts, the law that is not theirs is refused."""
+    linear = NOMINAL.doubts(parts_of(size_of(1.25), 5e-4, correlation, 0))
+    assert {row.name for row in linear.rows if row.measured} == {"time_constant"}
+    assert linear["time_constant"].low < 1.25 < linear["time_constant"].high
+    assert any("would decide), on which contact_zero" in sentence for sentence in linear.sentences)
+    stiff = NOMINAL.replace(stiffness=12e3)
+    bent = contact.course(cycles.cycles(file(1.25, "begin"))[0], stiff.model).size
+    doubts = NOMINAL.doubts(parts_of(bent, 5e-4, correlation, 0))
+    truth = {"contact_zero": 0.0, "normal_force_ratio": NOMINAL.model.normal_force_ratio * 8 / 12}
+    for name, value in (truth | {"time_constant": stiff.time_constant}).items():
+        assert doubts[name].low < value < doubts[name].high, name
+
+
+def test_a_law_that_is_not_told_is_said():
+    """Under noise of 20 um both fit: what rests on the deflection says so."""
+    doubts = NOMINAL.doubts(parts_of(size_of(1.25), 0.02, 0.0, 0, count=1))
+    (said,) = [sentence for sentence in doubts.sentences if "do not tell the deflection" in sentence]
+    assert "contact_zero, normal_force_ratio and wear_flat_area hold with the deflection" in said
+
+
 def test_a_linear_lag_as_advised_is_the_only_lag_of_the_problem():
     """The call of the sentence, run: lag of the model and time constant of the controller are one."""
     data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))
@@ -232,6 +264,40 @@ def test_the_plan_follows_what_doubts_say_of_the_lag():
     assert plunge.plan(NOMINAL.updated(tau)).time < 0.97 * plunge.plan(NOMINAL).time
     assert EXPERIMENT.updated(tau).model.linear_time_constant == tau["time_constant"]
     assert plunge.plan(EXPERIMENT.updated(tau)).time < 0.97 * plunge.plan(EXPERIMENT).time
+
+
+@pytest.mark.parametrize("lag", [0.5, 1.25, 10.0])
+def test_a_time_constant_that_would_change_no_plan_is_refused(lag):
+    """`replace` names the stiffness, whose plan is that of `updated`."""
+    with pytest.raises(
+        ValueError, match=r"time_constant must be .* 1\.933 \(s\).*the plan rests on"
+    ) as refused:
+        NOMINAL.replace(time_constant=lag)
+    stiffness = float(re.search(r"stiffness = ([\d.e+]+) \(N/mm\)", str(refused.value))[1])
+    stiff = NOMINAL.replace(stiffness=stiffness)
+    assert stiff.time_constant == pytest.approx(lag, rel=1e-3)
+    told = identify.Estimate(("time_constant",), [lag], [[1e-4]], units=("s",))
+    assert plunge.plan(stiff).time == pytest.approx(plunge.plan(NOMINAL.updated(told)).time, rel=1e-3)
+    with pytest.raises(ValueError, match=f"linear_time_constant = {lag:g} gives it another"):
+        EXPERIMENT.replace(time_constant=lag)
+
+
+def test_a_time_constant_of_the_deflection_is_taken():
+    own = NOMINAL.time_constant
+    assert NOMINAL.replace(time_constant=own) == NOMINAL == NOMINAL.replace(time_constant=None)
+    assert NOMINAL.replace(time_constant=round(own, 4)).time_constant == round(own, 4)
+    for changes in ({"normal_force_ratio": 2 * NOMINAL.model.normal_force_ratio}, {"stiffness": 4000.0}):
+        assert NOMINAL.replace(**changes).time_constant == pytest.approx(2 * own)
+
+
+def test_doubts_believe_the_lag_that_the_plan_has():
+    """Believed and told, and the plans of both, are of one quantity, whatever the printed cycle assumes."""
+    assumed = dataclasses.replace(NOMINAL, time_constant=1.0)
+    data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))
+    doubts, own = assumed.doubts(data), NOMINAL.doubts(data)
+    assert doubts["time_constant"].believed == NOMINAL.time_constant and doubts.stakes == own.stakes
+    (stake,) = doubts.stakes  # a shorter lag, a shorter plan
+    assert stake.high < doubts["time_constant"].believed and stake.at_high < doubts.figure.value
 
 
 def test_a_frozen_gauge_is_said():

@@ -40,6 +40,9 @@ def _job(file: Table) -> Job:
     table = file.maybe("controller")
     settings = table.values(plunge.CycleController, skip=("problem",))
     table.done()
+    if file.has("time_constant") and settings.get("sparkout") != "printed":
+        own = problem.replace(time_constant=None)
+        file.made(own.replace, time_constant=problem.time_constant)  # refuses another than the deflection's
     table.made(plunge.CycleController, problem, **settings)  # refuses settings before planning
     return Job(_grinder(problem, file.maybe("grinder"), _inspection(file)), settings)
 

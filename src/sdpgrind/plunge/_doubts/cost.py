@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from sdpgrind.base import checks
 from sdpgrind.base.doubts.rows import Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
-from sdpgrind.plunge._model.problem import CycleProblem, with_time_constant
+from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._model.time_constants import with_time_constant
 from sdpgrind.plunge._plan.plan import plan
 
 _STEPS = 80  # chosen: of "dp" and "collocation"; the time is known to some 1e-3

@@ -15,11 +15,12 @@ from sdpgrind.identify import Estimate
 from sdpgrind.plunge._doubts import cost, experiments
 from sdpgrind.plunge._doubts.alignment import of_cycles
 from sdpgrind.plunge._doubts.jobs import against_the_problem
-from sdpgrind.plunge._doubts.residuals import misfit, of_model, of_models, of_readings
+from sdpgrind.plunge._doubts.residuals import MODEL, law_of, of_model, of_models, of_readings
 from sdpgrind.plunge._identify import contact, sharpness
 from sdpgrind.plunge._identify.cycles import Cycle, cycles, fault, mean_of_parts
 from sdpgrind.plunge._identify.time_constant import NAME, UNIT, by_output_error
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._model.time_constants import of_deflection
 
 _POWER = "grinding_power at three infeed rates or more; at fewer, chips and sliding cannot be told apart"
 _LINEAR, _DEFLECTION = "linear lag", "deflection of the model, scaled"
@@ -58,11 +59,12 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
     reader = assumed.reader_of(data, table)
     aligned = of_cycles(usable, reader.commands_at) if usable else None
     deflected = of_model(problem, usable)
-    by_model = deflected is not None and aligned is not None and deflected.noise_sd <= aligned.fit.noise_sd
+    law = law_of(aligned.fit, deflected) if aligned and deflected else None
+    by_model = law is not None and law.best == MODEL
     lag = contact.secant if by_model else lambda cycle, _: by_output_error(cycle)
     tau = mean_of_parts(each, lambda cycle: lag(cycle, problem), NAME, UNIT)
     told = _told(problem, each, tau, _SAME if by_model else _LINEAR)
-    if aligned and misfit(aligned.fit, deflected):
+    if law and law.sure and not by_model:
         told = [_not_to_rely_on(row) for row in told]
     model = complete(told, problem.model, HINTS)
     figure, stakes = cost.of_plan(problem, [row for row in model if row.note != _SAME])
@@ -107,7 +109,7 @@ def _into_the_plan(problem: CycleProblem, tau: Estimate, by_model: bool) -> list
 def _told(problem: CycleProblem, each: tuple[Cycle, ...], tau: Estimate, law: str) -> list[Doubt]:
     """Rows of the values that sizes, commands and powers may tell; `law`: that of the time constant."""
     model = problem.model
-    found = [compared(tau, NAME, float(problem.time_constant or 0.0), note=law, least=0.0)]
+    found = [compared(tau, NAME, of_deflection(problem), note=law, least=0.0)]
     if model.linear_time_constant is not None:
         told = tau.replace(names=("linear_time_constant",))
         found.append(

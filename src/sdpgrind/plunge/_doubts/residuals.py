@@ -6,35 +6,55 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base import serial
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.doubts import gauge
-from sdpgrind.base.doubts.words import amount, in_one_unit
+from sdpgrind.base.doubts.alignment import Alignment, preferred
+from sdpgrind.base.doubts.words import amount, in_one_unit, share
 from sdpgrind.plunge._doubts.lag import LagFit
 from sdpgrind.plunge._identify import contact
 from sdpgrind.plunge._identify.cycles import Cycle
 from sdpgrind.plunge._model.problem import CycleProblem
 
-_WORSE = 1.2  # chosen: ratio of residuals; noise of 100 readings alone makes 1.1
+LINEAR, MODEL = "a linear lag", "the deflection of the model"
 _FITTED = 3  # derived: contact zero, scale and offset of the gauge
 
 
 class Deflected(NamedTuple):
-    """Residuals of the deflection of the model: standard deviation (mm), correlation of neighbours."""
+    """Residuals of the deflection of the model: standard deviation (mm), correlation of neighbours.
+
+    For each part times (s) and residuals (mm).
+    """
 
     noise_sd: float
     correlation: float
+    times: tuple[Floats, ...]
+    residuals: tuple[Floats, ...]
 
 
 def of_model(problem: CycleProblem, each: Sequence[Cycle]) -> Deflected | None:
     """Residuals of the model's deflection, scaled for each part; None: its lag is linear."""
     if problem.model.linear_time_constant is not None or not each:
         return None
-    square, count, alike = 0.0, 0, []
-    for cycle in each:
-        values = contact.fitted(cycle, problem.model).value
-        left = contact.residual(cycle, problem.model, values)
-        square, count = square + float(left @ left), count + left.size - _FITTED
-        alike.append(serial.correlation(left, _FITTED, serial.gaps(cycle.time[cycle.read], left.size)))
-    return Deflected(float(np.sqrt(square / max(count, 1))), float(np.mean(alike)))
+    times = tuple(cycle.time[cycle.read] for cycle in each)
+    left = tuple(
+        contact.residual(cycle, problem.model, contact.fitted(cycle, problem.model).value) for cycle in each
+    )
+    square, count = sum(float(e @ e) for e in left), sum(e.size - _FITTED for e in left)
+    alike = [serial.correlation(e, _FITTED, serial.gaps(t, t.size)) for t, e in zip(times, left, strict=True)]
+    return Deflected(float(np.sqrt(square / max(count, 1))), float(np.mean(alike)), times, left)
+
+
+def law_of(fit: LagFit, deflected: Deflected) -> Alignment:
+    """`LINEAR` or `MODEL`: the law that the sizes prefer; residuals filtered as those of the better one."""
+    rho = deflected.correlation if deflected.noise_sd < fit.noise_sd else fit.correlation
+    squares = {LINEAR: 0.0, MODEL: 0.0}
+    for time, left, at, others in zip(
+        fit.times, fit.residuals, deflected.times, deflected.residuals, strict=True
+    ):
+        apart = serial.gaps(time, time.size)
+        for law, residual in ((LINEAR, left), (MODEL, others[np.isin(at, time)])):
+            squares[law] += float(np.sum(serial.filtered(residual, rho, apart) ** 2))
+    return preferred(squares, fit.readings)
 
 
 def of_readings(each: Sequence[Cycle], fit: LagFit, deflected: Deflected | None) -> list[str]:
@@ -51,19 +71,27 @@ def of_models(each: Sequence[Cycle], fit: LagFit, deflected: Deflected | None) -
     """Sentences on where the linear lag bends, and on which law fits the sizes."""
     noise = deflected or fit
     rho = noise.correlation if noise.noise_sd < fit.noise_sd else fit.correlation  # a bend is no noise
-    found = [_bend(each, fit, rho), misfit(fit, deflected)]
+    found = [_bend(each, fit, rho), _laws(fit, deflected)]
     return [sentence for sentence in found if sentence]
 
 
-def misfit(fit: LagFit, deflected: Deflected | None) -> str:
-    """Sentence where the linear lag fits the sizes better than the deflection of the model; else empty."""
-    if deflected is None or deflected.noise_sd <= _WORSE * fit.noise_sd:
+def _laws(fit: LagFit, deflected: Deflected | None) -> str:
+    """Sentence where a linear lag fits the sizes better than the deflection of the model, or as well."""
+    if deflected is None:
+        return ""
+    found, on = law_of(fit, deflected), "contact_zero, normal_force_ratio and wear_flat_area"
+    if not found.sure:
+        return (
+            f"The sizes do not tell {MODEL} from {LINEAR} (the sum of squared residuals differs by"
+            f" {share(found.excess)}, and {share(found.needed)} would decide): {on} hold with {MODEL} alone."
+        )
+    if found.best == MODEL:
         return ""
     linear, model = in_one_unit((fit.noise_sd, deflected.noise_sd), "mm")
     return (
-        "A linear lag fits the sizes better than the deflection of the model (sd of the residuals"
-        f" {linear} against {model}), on which contact_zero, normal_force_ratio and wear_flat_area rest: the"
-        " data do not tell these."
+        f"A linear lag fits the sizes better than {MODEL} (sd of the residuals {linear} against {model}, sum"
+        f" of squares {share(found.excess)} larger, {share(found.needed)} would decide), on which {on} rest:"
+        " the data do not tell these."
     )
 
 

@@ -16,6 +16,7 @@ from sdpgrind.plunge._identify.cycles import Cycle, concluded, fault, not_identi
 from sdpgrind.plunge._identify.time_constant import FAINT
 from sdpgrind.plunge._model.model import PlungeModel
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._model.time_constants import of_deflection
 from sdpgrind.plunge._plan.replay_kernels import deflections
 
 CONTACT, RATIO, TAU = ("contact_zero", "mm"), ("normal_force_ratio", "1"), ("time_constant", "s")
@@ -84,9 +85,7 @@ def normal_force_ratio(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
 
 def secant(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
     """Time constant of spark-out, s: that of the model times the scale of its deflection."""
-    return _value_of_fit(
-        cycle, problem, 1, TAU, float(problem.replace(time_constant=None).time_constant or 0.0)
-    )
+    return _value_of_fit(cycle, problem, 1, TAU, of_deflection(problem))
 
 
 def _value_of_fit(

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from math import inf, isclose
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from scipy.optimize import brentq
@@ -21,6 +21,7 @@ from sdpgrind.plunge._model.drive import Drive
 from sdpgrind.plunge._model.dynamics import coolest_rate
 from sdpgrind.plunge._model.model import PlungeModel
 from sdpgrind.plunge._model.taken import OF_DEFLECTION, grinding_ratio, taken
+from sdpgrind.plunge._model.time_constants import contradiction, of_deflection, with_time_constant
 from sdpgrind.plunge._model.uncertainty import Uncertainty
 
 DEEPEST = 1.0  # chosen: depth of cut per turn that no wheel plunges, mm
@@ -41,8 +42,9 @@ class CycleProblem(Described):
     roundness_max : float
         Greatest out-of-roundness, mm.
     time_constant : float, optional
-        Time constant assumed by the controller, s. Default: secant slope of deflection between the final rate
-        and the burn rate. `replace` of fields of the model keeps it.
+        Time constant of `CycleController` with ``sparkout="printed"``, s; plans take the deflection of the
+        model. Default: secant slope of deflection between the final rate and the burn rate. `replace` keeps
+        it, but where stiffness, force ratio or linear lag are changed.
     sample_time : float
         Sample time of the controller, s.
     uncertainty : Uncertainty
@@ -76,6 +78,28 @@ class CycleProblem(Described):
     uncertainty: Uncertainty = part(Uncertainty, default=Uncertainty())
     drive: Drive = part(Drive, default=Drive())
 
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed.
+
+        Parameters
+        ----------
+        **changes
+            Fields of the problem, its model, uncertainty and drive, in their own units.
+
+        Raises
+        ------
+        ValueError
+            If a name is no field, a value is out of range, or a time constant (s) is not that of the
+            deflection, on which plans rest.
+        """
+        if changes.keys() & OF_DEFLECTION:
+            changes = {"time_constant": None} | changes
+        changed = super().replace(**changes)
+        asked = changes.get("time_constant")
+        if asked is not None and asked != self.time_constant and (told := contradiction(changed)):
+            raise ValueError(told)
+        return changed
+
     def _check(self) -> None:
         self._refuse_other_units()
         base = self.model.roundness_base
@@ -89,7 +113,7 @@ class CycleProblem(Described):
                 f" command no more than {self.command_rate_max:.4g}"
             )
         if self.time_constant is None:
-            object.__setattr__(self, "time_constant", self._secant())
+            object.__setattr__(self, "time_constant", of_deflection(self))
         longest = checks.positive("time_constant", self.time_constant) / 4
         if self.sample_time > longest:
             raise self._refused("sample_time", f"<= time_constant/4 = {longest:.4g}")
@@ -281,13 +305,6 @@ class CycleProblem(Described):
         """
         return asked("sdpgrind.plunge._doubts.doubts:doubts", self, data)
 
-    def _secant(self) -> float:
-        m, low = self.model, self.final_rate
-        high = min(m.burn_rate, self.command_rate_max)
-        if high <= low * (1 + 1e-9):
-            return float(m.local_time_constant(low))
-        return float((m.deflection(high) - m.deflection(low)) / (high - low))
-
 
 def safe_rate_of(problem: CycleProblem, chance: BurnChance, remaining: float, confidence: float) -> float:
     """Greatest infeed rate (mm/s) that burns no finished surface above a stock (mm); refused if none."""
@@ -331,14 +348,3 @@ def greatest_confidence(problem: CycleProblem, chance: BurnChance, remaining: fl
 def _coolest(problem: CycleProblem, chance: BurnChance, remaining: float) -> float:
     near = min(float(coolest_rate(problem.model.core)), problem.command_rate_max)
     return chance.coolest(near, remaining)
-
-
-_Problem = TypeVar("_Problem", bound=CycleProblem)
-
-
-def with_time_constant(problem: _Problem, value: float) -> _Problem:
-    """Return a problem whose machine and controller have a time constant, s."""
-    if problem.model.linear_time_constant is not None:
-        return problem.replace(linear_time_constant=value, time_constant=value)
-    own = float(problem.replace(time_constant=None).time_constant or value)
-    return problem.replace(stiffness=problem.model.stiffness * own / value, time_constant=value)
