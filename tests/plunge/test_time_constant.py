@@ -207,3 +207,15 @@ def test_the_interval_holds_for_gauges_with_filters(correlation):
         low, high = found(cycle(size + noise, time, u)).interval()[0]
         hit += low <= tau <= high
     assert hit / 80 == pytest.approx(0.955, abs=0.07)
+
+
+def test_noise_of_a_filter_is_no_other_lag():
+    """60 files of one lag, correlation 0.9: by the correlation of differences 5 are told that it depends on the rate."""
+    time, tau = 0.05 * np.arange(220), 1.7
+    u = np.select([time < 4.2 - 1e-9, time < 5.7 - 1e-9], [0.04, 0.01], 0.0)
+    size, said = lagged(time, u, tau), 0
+    for seed in range(60):
+        white = np.random.default_rng(seed).normal(0.0, 5e-4 * np.sqrt(1 - 0.9**2), 320)
+        fit = found(cycle(size + signal.lfilter([1.0], [1.0, -0.9], white)[100:], time, u))
+        said += "leaves more than noise" in fit.message
+    assert said <= 1

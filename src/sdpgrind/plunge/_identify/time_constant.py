@@ -23,6 +23,7 @@ _CURVED = (
     "the linear model leaves more than noise: at other rates the lag is another; in spark-out with `problem`"
 )
 _BLOCK, _RARELY = 32, 1e-3  # measured, chosen: readings of a mean; white noise counts as curvature so rarely
+_STRAIGHT = 48  # measured: readings over which a misfit of the lag is a line
 _SIGNIFICANT = 8.0  # derived: square of a normal value exceeded once in 200 by chance, in variances
 _AT_END = 1e-8  # chosen: distance from the end of its range at which a touch-in counts as held there, mm
 _ALIKE = 0.866  # chosen: correlation with the touch-in from which it doubles the sd of the time constant
@@ -99,17 +100,19 @@ def residual(cycle: Cycle, values: npt.ArrayLike) -> Floats:
 def _curved(cycle: Cycle, found: idf.Estimate) -> bool:
     """Whether block means of the whitened residuals differ by more than their noise (chi-square test).
 
-    The correlation is that of neighbours, from their differences, which slow misfit does not raise.
+    The correlation is that about local lines, which slow misfit does not raise, and a margin for its error:
+    the more alike the readings, the more an error of it would make of their means.
     """
     off = residual(cycle, found.value)
-    near, next_but_one = np.diff(off), off[2:] - off[:-2]
-    alike = next_but_one @ next_but_one / max(float(near @ near), 1e-300) - 1 + off.size**-0.5
-    rho = min(found.noise_correlation, max(float(alike), 0.0))
+    if off.size < 2 * _BLOCK:
+        return False
+    alike = serial.local_correlation(off, _STRAIGHT)
+    rho = min(found.noise_correlation, alike + 0.5 * (1 + alike) * float(off.size) ** -0.5)
     white = serial.filtered(off, rho, serial.gaps(cycle.time[cycle.read], off.size))
     count = white.size // _BLOCK
     means = white[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)
     noise = max(float(np.mean(np.diff(white) ** 2)) / 2, 1e-12) / _BLOCK
-    return count > 1 and bool(means @ means > noise * chdtri(count - 1, _RARELY))
+    return bool(means @ means > noise * chdtri(count - 1, _RARELY))
 
 
 def _of_logarithm(found: idf.Estimate) -> idf.Estimate:
