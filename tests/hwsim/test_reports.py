@@ -149,6 +149,10 @@ def test_verify_refuses_another_file(tmp_path, capsys):
     (tmp_path / "notes.txt").write_text("a text")
     assert main(["verify", str(tmp_path / "notes.txt")]) == 2 == main(["verify", str(tmp_path / "none.nc")])
     assert "saved by this library" in (told := capsys.readouterr().err) and "existing file" in told
+    table = tmp_path / "doubts.csv"
+    table.write_text("value,believed\n")
+    assert main(["verify", str(table)]) == 2
+    assert "doubts.csv' holds none: a table or a text has no digest" in capsys.readouterr().err
 
 
 def test_names_from_files_are_escaped(tmp_path):

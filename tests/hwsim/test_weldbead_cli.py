@@ -428,7 +428,10 @@ def test_writes_the_operator_table(tmp_path):
     arguments = ["weldbead", "--simple", "--policy", str(tmp_path / "short.nc"), "--parts", "1"]
     assert main([*arguments, "--operator-table", str(tmp_path / "bead.html")]) == 0
     page = (tmp_path / "bead.html").read_text()
-    assert "Next pass: duration s / normal force N" in page and "Measure the height and go up" in page
+    assert (
+        "Next pass: duration s / normal force N" in page
+        and "between two rows take that of the greater height" in page
+    )
 
 
 def test_refuses_another_ending_of_the_operator_table(capsys, coarse, tmp_path):

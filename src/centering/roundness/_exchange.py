@@ -68,10 +68,11 @@ def least_squares(x: Floats, y: Floats) -> ExchangeFound:
     cx, cy, radius, bends = least_squares_circle(x, y, *start_centre(x, y))
     across, up = x - cx, y - cy
     rms = float(np.sqrt(np.mean((np.sqrt(across * across + up * up) - radius) ** 2)))
-    sentence = "a centre beside this one does not have a smaller sum of squares, " + (
-        "whichever way: its slope is 0 here, and it rises in every direction"
+    sentence = (
+        "no centre beside this one has a smaller sum of squares: its slope is 0 here, and it rises in every"
+        " direction"
         if bends
-        else "to first order: its slope is 0 here"
+        else "the slope of the sum of squares over the place of the centre is 0 here"
     )
     return ExchangeFound((cx, cy), radius, rms, sentence)
 

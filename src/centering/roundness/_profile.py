@@ -156,7 +156,9 @@ class Profile(FormerNames, SteppedReadings, Plan):
         """
         found = steps_of.roundness(self, kind)
         return found.replace(
-            origin=dataclasses.replace(found.origin, suspects=self._suspects, hidden=self._hidden)
+            origin=dataclasses.replace(
+                found.origin, suspects=self._suspects, hidden=self._hidden, stuck=self._stuck
+            )
         )
 
     def compare(

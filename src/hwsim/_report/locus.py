@@ -74,7 +74,8 @@ def reasons(log: Any, plan: Any) -> dict[str, str]:
     true = float(np.nanmean(outcome.true_infeed_rate.values))
     best = float(np.nanmean(outcome.best_infeed_rate.values))
     rates = f"mean infeed rate {UM * true:.3g} µm/s, best {UM * best:.3g} µm/s"
-    text = f"{slow}: {rates}; {_kept(log)}"
+    told_apart = _margin(log) is not None  # as a figure of its own
+    text = f"{slow}: {rates}" if told_apart else f"{slow}: {rates}; {_kept(log)}"
     return {"time": text, "removal_rate": text, "slack": _kept(log)}
 
 

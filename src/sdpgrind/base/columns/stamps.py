@@ -17,7 +17,7 @@ _SLASHES = re.compile(r"(\d{1,2})/(\d{1,2})/\d{2,4}.*")
 _WRITTEN = re.compile(
     r"\d{1,2}([./])\d{1,2}\1(\d{2}|\d{4})(?:(T|\s+)\d{1,2}:\d{2}(:\d{2}(?:([.,])\d{1,6})?)?)?"
 )
-_MONTHS = 12
+_MONTHS = 12  # source: the calendar
 _OF_DAY = re.compile(r"(\d{1,2})(:\d{2}:\d{2}.*)")
 _TWO = re.compile(r"\d{1,2}:\d{2}(?:[.,]\d*)?")
 
