@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
 from hwsim.command._export import add_export
+from hwsim.command._in_words import as_text
 from hwsim.command._keys import add_keys
 from hwsim.command._roundness.command import add_roundness
 from hwsim.command._statuses import (
@@ -97,7 +98,7 @@ def _open_streams() -> None:
 
 def _warn(message: Warning | str, *where: Any, **more: Any) -> None:
     """Print a warning in one line, without its place in the source."""
-    say(f"warning: {' '.join(str(message).split())}")
+    say(f"warning: {as_text(' '.join(str(message).split()))}")
 
 
 class _Parser(argparse.ArgumentParser):

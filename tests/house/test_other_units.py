@@ -227,5 +227,5 @@ def test_a_push_names_the_conversion(change, told):
 def test_a_text_with_its_unit_is_told_as_written(tmp_path):
     job = tmp_path / "job.toml"
     job.write_text(Path("examples/plunge.toml").read_text().replace('"37 m/s"', '"37 m/min"'))
-    with pytest.raises(ValueError, match=r"wheel_speed must be in mm/s, some 30000; got '37 m/min'"):
+    with pytest.raises(ValueError, match=r"wheel_speed must be some 30000 mm/s; got '37 m/min'"):
         read(job)

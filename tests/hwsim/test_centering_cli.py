@@ -251,6 +251,14 @@ def test_all_that_a_file_may_say(tmp_path):
         ("friction_range = 0.8", "friction_range must be a list of numbers"),
         ("[part]\nmass = -1", "[part] mass must be > 0 (kg); got -1"),
         ("[model]\nmu_static = 0.1", "[model] mu_static must be >= mu_kinetic = 0.15; got 0.1"),
+        (
+            '[limits]\nspindle_speed_max = "80 Hz"',
+            "[limits] spindle_speed_max must be < 30 (rad/s); got '80 Hz'",
+        ),
+        (
+            "[limits]\nspindle_speed_max = 80",
+            '[limits] spindle_speed_max must be < 30; "... rpm" for rev/min (rad/s); got 80.0',
+        ),
         ("[limits]\nspindle_speed_max = 0", "[limits] spindle_speed_max must be > 0 (rad/s); got 0"),
         ("[machine]\nstart_offset = [5, 1]", "[machine] start_offset must be of a least and a greatest"),
         (

@@ -67,6 +67,9 @@ def test_errors_point_to_the_option(saved, tmp_path, capsys):
     told = refused(capsys, saved, tmp_path / "my bead")
     assert "--name must be given" in told and "'my bead'" in told
     assert list(tmp_path.iterdir()) == []
+    assert main(["export", str(saved), str(tmp_path / "bead")]) == 0
+    told = refused(capsys, saved, tmp_path / "bead", "--name", "other")
+    assert "--overwrite must be given where path holds another export; got" in told and "True" not in told
 
 
 def test_help(capsys):

@@ -263,6 +263,16 @@ def test_terms(message, said):
         ),
         (("--upr", "2-15", "--circle", "MZC"), "--circle must be 'LSC' after Gaussian band"),
         (("--upr", "400"), "--upr must be < 360, half of the points of one turn (upr); got 400"),
+        (
+            ("--radius", "0.03"),
+            "--radius must be 1 ... 3000 mm; got 0.03 mm; if given in another unit: --radius 0.03m\n",
+        ),
+        (
+            ("--tip-radius", "3750"),
+            "--tip-radius must be 0.001 ... 50 mm; got 3750 mm; if given in another unit: --tip-radius 3750nm"
+            " or --tip-radius 3750um\n",
+        ),
+        (("--centred",), "--centred must be left out with --radius, as the radius is known then; got '30'\n"),
         (("--radius", "0.03m", "--tip-radius", "abc"), "--tip-radius must be"),
         (("--instrument", "none.toml"), "none.toml: No such file"),
     ],

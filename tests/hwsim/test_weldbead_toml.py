@@ -253,7 +253,25 @@ FAULTS = [
         'free_speed = "5000"',
         "",
         "[process] free_speed must be in rad/s, some 500; the rim of a disc of 85 mm would run at 425 m/s, 125 at"
-        " most; got '5000'\n",
+        " most; \"... rpm\" for rev/min; got 5000.0, from '5000'\n",
+    ),
+    (
+        "bead_length = 50.0",
+        "bead_length = 0.24",
+        "",
+        'bead_length must be in mm, some 150; "... m" for metres; got 0.24\n',
+    ),
+    (
+        "",
+        "",
+        "[disc]\nrelaxed_angle = 30\n",
+        '[disc] relaxed_angle must be in (0, 1.3] (rad); "20 deg" for degrees',
+    ),
+    (
+        "speed_droop = 0.0",
+        "speed_droop = 0.55",
+        "",
+        "[disc] process.idle_power must be below the 90.91 W that the grinder may use",
     ),
     ('"0.05 kN"', '"50 kN"', "", "force_max must be in N, some 50; got 50000.0, from '50 kN'\n"),
     (

@@ -49,17 +49,22 @@ def work(arguments: argparse.Namespace) -> int:
             " sdpgrind.export(plunge.CycleController(plan.problem), folder)"
         )
     outputs = arguments.outputs
-    made = sdpgrind.export(
-        plan,
-        arguments.folder,
-        arguments.target,
-        precision=arguments.precision,
-        math=arguments.math,
-        lost_max=arguments.lost_max,
-        outputs=outputs if outputs is None else [one.strip() for one in outputs.split(",")],
-        name=arguments.name,
-        overwrite=arguments.overwrite,
-    )
+    try:
+        made = sdpgrind.export(
+            plan,
+            arguments.folder,
+            arguments.target,
+            precision=arguments.precision,
+            math=arguments.math,
+            lost_max=arguments.lost_max,
+            outputs=outputs if outputs is None else [one.strip() for one in outputs.split(",")],
+            name=arguments.name,
+            overwrite=arguments.overwrite,
+        )
+    except FileExistsError as error:
+        raise FileExistsError(
+            str(error).replace("overwrite must be True", "--overwrite must be given")
+        ) from None
     name, unit = made.manifest["name"], made.manifest.get("fmi")
     source = f"{name}.h, {name}.c ({made.size / 1000:.0f} kB), {name}_selftest.c, vectors.bin"
     held = ", ".join(unit["binaries"] or ["no binary"]) + ", " if unit else ""

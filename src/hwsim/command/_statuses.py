@@ -8,6 +8,8 @@ import traceback
 from types import FrameType
 from typing import Any, Final, TextIO
 
+from hwsim.command._in_words import as_text
+
 OK: Final = 0
 FAILED: Final = 1  # chosen: a part broken off or aborted, a page changed, a limit not known to be kept
 WRONG_INPUT: Final = 2  # source: argparse; a file that cannot be checked as well
@@ -96,6 +98,7 @@ def _one_line(error: BaseException) -> str:
     text = "\n- ".join(lines)  # several faults: a line each
     if isinstance(error, OSError) and error.filename is not None:
         text = f"{error.filename}: {error.strerror}"  # without the number of the error
+    text = as_text(text)
     return f"{text} ({notes})" if notes else text
 
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+from hwsim.command._in_words import as_given, as_text, names_another
 from hwsim.command._toml_bounds import refuse_many, text_of
 from sdpgrind.base.quantities import Spec, specs
-from sdpgrind.base.unit_text import quantity
+from sdpgrind.base.unit_text import bare, quantity
 
 Made = TypeVar("Made")
-_HINT = re.compile(r"units\.(\w+)\(\.\.\.\)")  # source: refusals of quantities in another unit
 _SHOWN = 80  # characters of a line in a message; chosen: the message fits a line or two
 
 
@@ -93,11 +93,7 @@ class Table:
 
     def _as_written(self, message: str) -> str:
         """Message with a conversion that a file can hold; with none where the file itself gives the unit."""
-        given = self.entries.get(message.partition(" ")[0])
-        begin, hint, _ = message.partition("; units.")
-        if hint and isinstance(given, str):
-            return f"{begin}; got {given!r}"
-        return _HINT.sub(lambda found: f'"... {found[1].replace("_per_", "/")}"', message)
+        return _in_words(message, self.entries.get(message.partition(" ")[0]))
 
     def one(self, cls: type[Made], *given: Any) -> Made:
         """Object of a described class from this table, after the arguments `given`."""
@@ -217,11 +213,19 @@ def _misread(told: str, text: str) -> str:
     return f"line {place[2]}, {shown!r}: {what}"
 
 
+def _in_words(message: str, given: Any) -> str:
+    """Message in the words of a file: with the text that was given, or with a unit in place of a call."""
+    if isinstance(given, str) and not bare(given) and names_another(message):
+        return as_given(message, given)
+    return as_text(message)
+
+
 def _with_text(told: str, entries: Any) -> str:
-    """Add the text in the file to the refusal of a number made from it."""
+    """Add the text in the file to the refusal of a number made from it, in the words of a file."""
     named = re.match(r"(?:\[([\w.]+)\] )?([\w.]+) must be ", told)
     if named is None:
-        return told
+        return as_text(told)
     for key in ".".join(filter(None, named.groups())).split("."):
         entries = entries.get(key) if isinstance(entries, dict) else None
+    told = _in_words(told, entries)
     return f"{told}, from {entries!r}" if isinstance(entries, str) and repr(entries) not in told else told

@@ -111,6 +111,9 @@ def _carried_out(arguments: argparse.Namespace) -> int:
 
 
 def _facts(arguments: argparse.Namespace, lengths: dict[str, float | None]) -> Facts:
+    if arguments.centred and arguments.radius is not None:
+        rule = "--centred must be left out with --radius, as the radius is known then"
+        raise ValueError(f"{rule}; got {arguments.radius!r}")
     limits, rotation = options.harmonic_limits(arguments.harmonic_limit), options.rotation(arguments.rotation)
     if rotation is not None and arguments.before is None:
         raise ValueError(f"--rotation must be given with --before; got {arguments.rotation!r}")

@@ -237,7 +237,16 @@ def _disc(problem: Problem, table: Table) -> passes.TiltedDisc:
         table, passes.TiltedDisc, "relaxed_angle", "rotational_stiffness"
     )
     table.done()
-    return table.made(passes.TiltedDisc, problem.model, **given)
+    return table.made(_tilted, problem.model, **given)
+
+
+def _tilted(process: weldbead.GrindingProcess, **given: Any) -> passes.TiltedDisc:
+    """A disc; a refusal of a value of the process names its table."""
+    try:
+        return passes.TiltedDisc(process, **given)
+    except ValueError as error:
+        own = str(error).partition(" ")[0] in specs(weldbead.GrindingProcess)
+        raise ValueError(f"process.{error}" if own else str(error)) from None
 
 
 def _truth(problem: Problem, table: Table) -> tuple[weldbead.GrindingProcess, Problem | None]:

@@ -13,7 +13,7 @@ from sdpgrind.finishing.arm._serial import SerialRobot
 STEP = 0.02  # mm, chosen: a chord of this on an arc of 0.3 mm radius errs by 0.2 um
 _SAME = 1e-9  # mm, chosen: samples nearer than this are one
 _AHEAD = 1e-6  # chosen: rounding of an axis of the flange
-_SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
+SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
 _PARTS = 32  # chosen: chords of a joint move of 20 mm, shorter than it by 1e-4 of its length or less
 _NEAR = 0.6  # rad, chosen: a joint turns less between contact and lift, or the branch is another
 
@@ -151,7 +151,7 @@ def greatest_feed(motion: PlannedMotion) -> float:
     It is the feed of the problem where the motion reaches it, and less where joints or corners forbid that.
     """
     planned, asked = float(motion.feed_rate[motion.contact].max()), float(motion.problem.feed_rate)
-    return asked if planned >= asked * (1 - _SINGLE) else planned
+    return asked if planned >= asked * (1 - SINGLE) else planned
 
 
 def way_per_turn(motion: PlannedMotion, start: Floats, end: Floats) -> float:

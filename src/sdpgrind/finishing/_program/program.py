@@ -19,6 +19,7 @@ from sdpgrind.finishing._program.blocks import Blocks, blocks_of, joined
 from sdpgrind.finishing._program.carriers import axis_names, axis_units, described_unit, unit_frame
 from sdpgrind.finishing._program.compare import MotionCheck
 from sdpgrind.finishing._program.course import (
+    SINGLE,
     PlannedMotion,
     RobotFrames,
     contacts,
@@ -46,7 +47,6 @@ from sdpgrind.finishing._program.turns import inverse, turns_of
 
 ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv", "ros": ".json"}
 _POINTS = 5000  # source: specification, size of a KRL program that its editor takes
-_SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
 
 
 @dataclass(frozen=True, repr=False)
@@ -142,11 +142,11 @@ class MotionProgram(Program):
         return re.split(r"(?m)^(?=DEF )", self.text)[1:] if self.target == "krl" else [self.text]
 
     def _fault(self, found: MotionCheck) -> str:
-        if found.feed_excess > _SINGLE * self.motion.problem.feed_rate:
+        if found.feed_excess > SINGLE * self.motion.problem.feed_rate:
             return (
                 f"text must not be faster than the plan (mm/s); read back, it is by {found.feed_excess:.4g}"
             )
-        if found.joint_speed_excess > _SINGLE:
+        if found.joint_speed_excess > SINGLE:
             share = 100 * found.joint_speed_excess
             return (
                 f"text must keep the speed limits of the joints; read back, one is over it by {share:.4g} %"
