@@ -215,7 +215,31 @@ FAULTS = [
     ("stage = 2", "stage = 2.5", "", "durations[0] must be a multiple of the stage, 2.5 s (s); got 6.0"),
     ('"C1"', '"C4"', "", "[scatter] attribution must be one of C1, K1, K2, mu; got 'C4'"),
     ("relative_sd = 0.15", "relative_sd = -0.15", "", "[scatter] relative_sd must be >= 0; got -0.15"),
-    ("{ linear = 2.0 }", "2.0", "", "height_charge.under must be a table; got 2.0"),
+    (
+        "{ linear = 2.0 }",
+        "2.0",
+        "",
+        "height_charge.under must be a table of linear, quadratic or constant (one of them), and tolerance,"
+        " as { linear = 2.0 }; got 2.0",
+    ),
+    (
+        "speed_droop = 0.0\nbead_width = 12.5",
+        "bead_widht = 12.5",
+        "",
+        "process.speed_droop and process.bead_width are missing; is process.bead_widht for process.bead_width meant?",
+    ),
+    (
+        'attribution = "C1"\nrelative_sd = 0.15',
+        "",
+        "",
+        "scatter.attribution and scatter.relative_sd are missing",
+    ),
+    (
+        P1,
+        'stage = 2\nreset_time = "2 s"',
+        "",
+        "process, durations, scatter, height_charge, bead_length, force_max, height_max and horizon are missing",
+    ),
     (
         "{ linear = 2.0 }",
         "{ cubic = 2.0 }",
@@ -348,6 +372,15 @@ FAULTS = [
 def test_an_idle_power_in_kilowatts_warns(job):
     with pytest.warns(UserWarning, match="idle_power is 0.1 W"):
         read(job('"0.1 kW"', "0.1"))
+
+
+def test_what_no_stand_tells_is_assumed(tmp_path):
+    path, starts = tmp_path / "job.toml", {"height": "1.2", "time": "40.0"}
+    for told in ((), ("height",), ("time",), ("height", "time")):
+        lines = [f"{name} = {starts[name]}" for name in told]
+        path.write_text("\n".join([P1, "[stand]" * bool(told), *lines]))
+        missing = tuple(name for name in starts if name not in told)
+        assert read(path).assumed == read(path, simple=True).assumed == missing
 
 
 @pytest.mark.parametrize(("old", "new", "more", "line"), FAULTS)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import sparse
-from sdp_inside import forever, value_lost
+from sdp_inside import forever, value_lost, value_lost_within
 
 from sdpgrind import sdp
 
@@ -90,6 +90,15 @@ def test_rounded_actions(chain, step, wanted):
     assert found.first_stage == pytest.approx(np.max(cost[-1] - plan[-1]), abs=1e-12)
     assert found.bound == pytest.approx(np.sum(np.max(once - plan, axis=1)), abs=1e-12)
     assert found.bound >= found.all_stages >= found.first_stage > 0.0
+
+
+def test_more_than_is_asked_is_found_early(chain):
+    best = solved()[1]
+    rounded, told = (0.01 * np.rint(best / 0.01))[:, None], []
+    most = value_lost(chain, rounded).all_stages
+    assert value_lost_within(chain, rounded, 0.1 * most, told.append) is None and 0 < len(told) < STAGES
+    found = value_lost_within(chain, rounded, most, told.append)
+    assert found.all_stages == most and told[-1] == 1.0 and len(told) > STAGES
 
 
 def late(charge, window=None):

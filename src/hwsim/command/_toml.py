@@ -43,6 +43,18 @@ class Table:
             )
         return self.entries[key]
 
+    def need(self, *keys: str, of: type | None = None, skip: Iterable[str] = ()) -> None:
+        """Refuse, at once, all of the keys that are missing; `of`: with the required fields of a class."""
+        wanted = dict.fromkeys(keys) | dict.fromkeys(() if of is None else _required(of, skip))
+        missing = [key for key in wanted if not self.has(key)]
+        if len(missing) < 2:  # one alone: told where it is read
+            return
+        told = f"{', '.join(map(self.path, missing[:-1]))} and {self.path(missing[-1])} are missing"
+        unread = self.entries.keys() - self.known
+        close = {key: difflib.get_close_matches(key, unread, 1) for key in missing}
+        meant = [f"{self.path(near[0])} for {self.path(key)}" for key, near in close.items() if near]
+        raise ValueError(told + (f"; is {', '.join(meant)} meant?" if meant else ""))
+
     def file(self, key: str, folder: Path) -> Path:
         """Path of an existing file, which counts from `folder`."""
         name = self.take(key)
@@ -77,10 +89,13 @@ class Table:
         """A table, empty where it is missing."""
         return self.table(key) if self.has(key) else Table(self.path(key), {})
 
-    def table(self, key: str) -> "Table":
+    def table(self, key: str, holds: str | type = "") -> "Table":
+        """A table; `holds`: what it must hold, or the class whose required fields it must have."""
         value = self.take(key)
         if not isinstance(value, dict):
-            raise ValueError(f"{self.path(key)} must be a table; got {value!r}")
+            words = holds if isinstance(holds, str) else ", ".join(_required(holds) or specs(holds))
+            told = f" of {words}" if words else ""
+            raise ValueError(f"{self.path(key)} must be a table{told}; got {value!r}")
         return Table(self.path(key), value)
 
     def made(self, make: Callable[..., Made], *values: Any, **options: Any) -> Made:
@@ -106,9 +121,12 @@ class Table:
 
         Arrays and ``custom`` fields are left to the caller.
         """
+        skipped = tuple(skip)
         readable = {
-            name: spec for name, spec in specs(cls).items() if name not in skip and spec.kind in _READ
+            name: spec for name, spec in specs(cls).items() if name not in skipped and spec.kind in _READ
         }
+        if every:
+            self.need(of=cls, skip=skipped)
         return {
             name: _READ[spec.kind](self, name, spec)
             for name, spec in readable.items()
@@ -152,6 +170,16 @@ class Table:
                 raise ValueError(f"{self.path(key)} is not a key; {meant}")
 
 
+def _required(cls: type, skip: Iterable[str] = ()) -> tuple[str, ...]:
+    """Keys that a table of a described class must have, except `skip`."""
+    skipped = tuple(skip)
+    return tuple(
+        name
+        for name, spec in specs(cls).items()
+        if spec.required and spec.kind in _READ and spec.kind != "law" and name not in skipped
+    )
+
+
 # Reader of a field by the kind of its declaration. A pure number may be in percent, in no other unit.
 _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
     "number": lambda table, key, spec: table.number(key, "" if spec.unit in ("1", "relative") else spec.unit),
@@ -159,7 +187,7 @@ _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
     "text": lambda table, key, spec: table.take(key),
     "choice": lambda table, key, spec: table.take(key),
     "flag": lambda table, key, spec: table.flag(key),
-    "part": lambda table, key, spec: table.table(key).one(spec.made_of),
+    "part": lambda table, key, spec: table.table(key, spec.made_of).one(spec.made_of),
     "law": lambda table, key, spec: table.law(key, spec.made_of),
 }
 
