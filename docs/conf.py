@@ -15,7 +15,7 @@ import sdpgrind
 
 getLogger("sdpgrind").setLevel(WARNING)  # a package of an example shows all levels
 HERE = Path(__file__).parent
-sys.path.append(str(HERE))  # for the directive `entries`, and `at_root`
+sys.path.append(str(HERE))  # for the directives `entries` and `job-tables`, and `at_root`
 
 project = "sdpgrind"
 author = "The sdpgrind developers"
@@ -36,6 +36,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
     "entries",
+    "job_tables",
 ]
 
 # -- reference: what a package exports, from its numpydoc docstrings

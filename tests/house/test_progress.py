@@ -309,8 +309,12 @@ def test_the_table_has_every_command_and_kernels_that_are_there():
     areas = [
         arguments(f"{name} --preset x") for name in ("weldbead", "plunge", "locus", "finishing", "centering")
     ]
-    others = {"demo": "demo", "roundness": "roundness ring.csv"}  # no presets
-    assert {*others, *(each.work.args[0].name for each in areas)} == {name.split()[0] for name in times.TIMES}
+    others = {"demo": "demo", "roundness": "roundness ring.csv", "export": "export p.nc out"}  # no presets
+    others["export --lost-max"] = f"{others['export']} --lost-max 1e-3"
+    commands = {name.split()[0] for name in others}
+    assert {*commands, *(each.work.args[0].name for each in areas)} == {
+        name.split()[0] for name in times.TIMES
+    }
     for name, row in times.TIMES.items():
         arguments(others.get(name, f"{name} --preset x"))  # its switch is there
         path, kernel = row.kernel.split(":")
