@@ -304,7 +304,7 @@ def test_what_is_refused(policy, tmp_path):
         (torque, {"precision": "int16"},
          "precision must be 'double' for a TorqueController: only the tables of a policy are rounded; got 'int16'"),
         (torque, {"lost_max": 1.0}, "lost_max must be None for a"),
-        (policy, {"lost_max": 1e-9}, "lost_max must be >= .*, the best of the forms, loses .double loses .*: the plan's own error of its search"),
+        (policy, {"lost_max": 1e-9}, "lost_max must be >= .*, what tables in .* lose .double loses .*: the plan's own error of its search"),
         (policy, {"lost_max": -1.0}, "lost_max must be >= 0 "),
         (policy, {"precision": "int8"}, "precision must be one of double, float32, int16; got 'int8'"),
         (policy, {"outputs": ("gap",)}, "outputs must be duration, feed_rate, normal_force, and of gap, value those"),

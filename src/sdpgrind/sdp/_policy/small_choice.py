@@ -74,7 +74,7 @@ def _told_of(tell: Progress, form: str, share: float) -> None:
 def _least(lost: Mapping[str, float]) -> str:
     """Return what may be asked for: the least that forms lose, $; unrounded actions lose by the search."""
     best = min(lost, key=lambda form: lost[form])
-    rule = f">= {_up(lost[best]):.3g}, what {best}, the best of the forms, loses"
+    rule = f">= {_up(lost[best]):.3g}, what tables in {best} lose"
     if "double" not in lost:
         return rule
     return (
