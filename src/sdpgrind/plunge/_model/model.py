@@ -19,7 +19,7 @@ from sdpgrind.plunge._model.kernels import PlungeCore
 SPEED_RATIO = 5.0
 # chosen, mm/s (twice) and rad/s: beyond them another unit is meant
 SLOWEST_WHEEL, FASTEST_WHEEL, FASTEST_WORK = 1000.0, 300e3, 300.0
-# chosen, N/mm and mm^2/s, ten times beyond what exists: machines of 1e3 to 1e5, ceramics to copper of 1 to 117
+# chosen, N/mm and mm^2/s, ten times beyond what exists: machines of 1e3 to 1e5, materials of 1 to 117
 _STIFFNESSES, _DIFFUSIVITIES = (100.0, 1e6), (0.1, 1000.0)
 # chosen, ten times beyond normal over tangential forces of 1.2 to 10 and roundness gains of 0.5 to 5
 _LEAST_RATIO, _MOST_RATIO, _MOST_GAIN = 0.12, 100.0, 50.0
