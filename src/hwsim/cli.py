@@ -6,19 +6,21 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import redirect_stdout, suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
 from hwsim.command._export import add_export
+from hwsim.command._in_words import as_text
 from hwsim.command._keys import add_keys
 from hwsim.command._roundness.command import add_roundness
 from hwsim.command._statuses import (
     WRONG_INPUT,
+    UnreadOutput,
     catch_signals,
     ended,
-    forget_output,
     ignore_signals,
     print_to_end,
     say,
@@ -65,21 +67,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None:  # as a command, not from Python
         _open_streams()
         catch_signals()
+    output: Any = UnreadOutput(sys.stdout)  # ``hwsim weldbead ... | head`` closes it
     try:
-        with warnings.catch_warnings():
+        with redirect_stdout(output), warnings.catch_warnings():
             warnings.showwarning = _warn
             arguments = _parser().parse_args(argv)
             if argv is None and not any(getattr(arguments, name, None) for name in _REAL_TIME):
                 gc.set_threshold(*_SELDOM)
             status: int = arguments.work(arguments)
-        sys.stdout.flush()  # the reader of ``hwsim weldbead ... | head`` may have closed it
+        output.flush()
         print_to_end()
     except SystemExit:  # --help, --version, or wrong arguments
-        _finish_output()
+        output.flush()
         raise
     except BaseException as error:
         if argv is None:
             ignore_signals()
+        with suppress(OSError):  # as of a disk that is full, which is told already
+            output.flush()
         return ended(error)
     return status
 
@@ -93,15 +98,7 @@ def _open_streams() -> None:
 
 def _warn(message: Warning | str, *where: Any, **more: Any) -> None:
     """Print a warning in one line, without its place in the source."""
-    say(f"warning: {' '.join(str(message).split())}")
-
-
-def _finish_output() -> None:
-    """Flush the output of --help, which its reader may have closed."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        forget_output()
+    say(f"warning: {as_text(' '.join(str(message).split()))}")
 
 
 class _Parser(argparse.ArgumentParser):

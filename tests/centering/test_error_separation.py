@@ -23,7 +23,7 @@ from sdpgrind import units
 PART = ((2, 0.4, 0.2), (3, 0.3, 1.0), (8, 0.2, 0.4))
 SPINDLE = ((2, 0.1, 1.9), (5, 0.06, 0.3))
 """Forms of the table: upr, amplitude (um), phase (rad)."""
-RADIUS = 1e4  # mm; a part so large that the circle is as good as a straight line
+RADIUS = 2.9e3  # mm; a part so large that the circle is as good as a straight line
 
 UNEVEN = np.array([0, 1, 3, 8, 14, 20, 29]) * units.deg(10)
 

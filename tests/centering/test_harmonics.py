@@ -193,7 +193,7 @@ def test_what_samples_cannot_tell():
     half = Profile(angle[:70], measured(angle[:70]))
     with pytest.raises(
         ValueError,
-        match=r"upr_max must leave the samples a condition <= 1000; got .* with a gap of 112 degrees",
+        match=r"upr_max must ask for waves that .* upr with a gap of 112 degrees .*, at most 1000\)",
     ):
         half.harmonics(20)
 

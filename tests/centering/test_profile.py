@@ -1,5 +1,6 @@
 import copy
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -112,7 +113,7 @@ def test_turns_of_what_steps_have_made(profiles):
     _, second, third = profiles
     assert second.nyquist != 180.0  # by rounding
     with pytest.raises(
-        ValueError, match=r"upr_max must leave the samples a condition .* 180 upr .*: 170 upr are sure"
+        ValueError, match=r"upr_max must ask for waves that .* got 180 upr .*: up to 170 upr are sure"
     ):
         second.harmonics(180)  # not that it must be <= 180
     assert third.turns == pytest.approx(1.0, abs=1e-12)
@@ -352,6 +353,35 @@ def test_the_title_is_the_roundness(offset, arc):
 def test_bad_readings(angle, reading, tip, said):
     with pytest.raises(ValueError, match=said):
         Profile(angle, reading, tip_radius=tip)
+
+
+@pytest.mark.parametrize(
+    ("radius", "meant"), [(0.03, "=30 (m)"), (30000.0, "=30 (um)")], ids=["metres", "micrometres"]
+)
+def test_a_radius_in_another_unit_is_refused_as_by_read(radius, meant):
+    form = 1e-5 * radius * np.cos(3 * turn(1, 360))
+    rule = rf"must be 1 \.\.\. 3000 mm; got {radius:g} mm; if given in another unit: "
+    with pytest.raises(ValueError, match=f"^reading {rule}reading{re.escape(meant)}"):
+        Profile(radius + form)
+    with pytest.raises(ValueError, match=f"^radius {rule}radius{re.escape(meant)}"):
+        Profile.from_deviation(form, radius=radius)
+    with pytest.raises(ValueError, match=r"tip_radius must be 0.001 \.\.\. 50 mm; got 3750 mm"):
+        Profile(turn(1, 360), 30.0 + form / radius, tip_radius=3750.0)
+    as_it_is = Profile(radius + form, plausible=False)
+    other = Profile.from_deviation(form, radius=radius, plausible=False)
+    assert as_it_is.radius == pytest.approx(radius) and other.radius == pytest.approx(radius)
+
+
+def test_a_form_in_micrometres_warns():
+    """1.4 um taken for mm is 2.8 mm of form on 30 mm; a slot of 10 mm and an offset of 1 mm are none."""
+    angle = turn(1, 360)
+    with pytest.warns(
+        UserWarning, match=r"deviation is 2.\d+ mm from valley to peak .* % of the radius: units.um"
+    ):
+        Profile.from_deviation(1.4 * np.sin(3 * angle), radius=30.0)
+    slot = np.where(angle < 0.2, -1.5, 0.0)
+    Profile.from_deviation(slot + np.cos(angle), radius=30.0)
+    Profile.from_deviation(1.4 * np.sin(3 * angle), radius=30.0, plausible=False)
 
 
 def test_bad_axes(profiles):

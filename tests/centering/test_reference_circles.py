@@ -123,7 +123,7 @@ def test_least_squares_equals_scipy(form):
     assert found.ron_q**2 * 200 <= 2 * best.cost * (1 + 1e-12)
     away = points - found.center
     level = (found.deviation / np.hypot(*away.T)) @ away
-    assert "bends upwards" in found.certificate
+    assert "rises in every direction" in found.certificate
     assert np.abs([*level, found.deviation.sum()]).max() < 1e-9  # mm, of sums of 200 of rounding 1e-14
 
 

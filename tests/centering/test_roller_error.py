@@ -379,6 +379,16 @@ def test_a_ratio_near_a_whole_number_where_that_is_told():
         profile.remove_roller_error(16.03)
 
 
+def test_a_separation_that_does_not_settle(monkeypatch):
+    profile = scan(1.5, noise=1e-3)
+    profile.remove_roller_error()
+    monkeypatch.setattr("centering.roundness._roller_fit._STEPS", 1)
+    with pytest.raises(
+        ValueError, match=r"circle and ratio; after 1 steps the ratio still goes from 16\.517"
+    ):
+        profile.remove_roller_error()
+
+
 def test_another_roller_than_told():
     with pytest.raises(
         ValueError,

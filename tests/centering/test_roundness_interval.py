@@ -14,7 +14,7 @@ from scipy.stats import norm
 
 import sdpgrind
 from centering import Profile
-from centering.roundness import reference_circle
+from centering.roundness import Instrument, reference_circle
 
 _SPEC = importlib.util.spec_from_file_location(
     "coverage_roundness", Path(__file__).parents[2] / "benchmarks" / "coverage_roundness.py"
@@ -148,7 +148,8 @@ def test_noise_of_a_band_on_an_even_turn(upr):
 def test_bands_that_were_not_measured_are_guaranteed():
     ways = {("gaussian", (15, 90)): "calibrated", ("gaussian", (15, None)): "guaranteed"}
     ways |= {(kind, (15, 90)): "guaranteed" for kind in ("spline", "2rc")}
-    assert {each: lobed().filter(each[0], upr=each[1]).roundness().interval().method for each in ways} == ways
+    waves = Profile(ANGLE, lobed().reading + 1e-3 * np.cos(30 * ANGLE))  # something is left in each band
+    assert {each: waves.filter(each[0], upr=each[1]).roundness().interval().method for each in ways} == ways
 
 
 def test_decisions(found, tmp_path):
@@ -159,6 +160,30 @@ def test_decisions(found, tmp_path):
     profile = lobed().filter(upr=50)
     profile.save(tmp_path / "ring.nc")
     assert sdpgrind.load(tmp_path / "ring.nc").roundness("MZC").interval() == ends
+
+
+def test_a_measured_value_above_the_limit_is_accepted_by_its_correction_and_says_so(found):
+    form = found["MZC"]
+    ends = form.interval()
+    assert ends.high < form.ron_t  # noise lifts it so far
+    told = form.verdict(0.5 * (ends.high + form.ron_t))
+    assert told.endswith("accepted after the correction for noise, as measured it is above the limit")
+    assert form.verdict(3e-3).endswith("limit 3 µm: accepted")
+
+
+def test_of_readings_that_are_mostly_noise_nothing_is_taken_off():
+    """The form of angles in a wrong order is noise: a limit below what was measured is not accepted."""
+    form = np.random.default_rng(0).permutation(lobed(0.0).reading - 30.0)
+    found = Profile(ANGLE, 30.0 + form).filter(upr=50).roundness()
+    ends = found.interval()
+    assert (ends.method, ends.low, ends.value) == ("guaranteed", 0.0, found.ron_t)
+    assert ends == found.interval(method="guaranteed")
+    limit = 0.99 * found.ron_t
+    assert found.conforms(limit) == found.budget(Instrument()).conforms(limit) == "not decided"
+    assert found.verdict(limit).endswith("not decided, most of the measured value is noise")
+    assert found.conforms(1.01 * ends.high) == "accepted"  # with all the noise in it
+    assert any("most of the measured RONt of" in each for each in found.remarks)
+    assert not any("most of" in each for each in lobed().filter(upr=50).roundness().remarks)
 
 
 def test_what_has_no_interval(found):

@@ -283,6 +283,15 @@ def test_a_suggested_loss_is_kept(policy, tmp_path):
     assert made.manifest["lost"]["all_stages"] <= suggested < 1.01 * made.manifest["lost"]["all_stages"]
 
 
+def test_an_export_tells_how_far_it_is(policy, tmp_path):
+    told = []
+    sdpgrind.export(policy, tmp_path / "bead", lost_max=1e-4, progress=lambda *news: told.append(news))
+    shares, texts = zip(*told, strict=True)
+    assert list(shares) == sorted(shares) and shares[-1] >= 0.9
+    assert texts.count("value lost by tables in int16") == len(policy.table.table.value)
+    assert {"kernels as C", "vectors of the self-test"} <= set(texts)
+
+
 def test_a_loaded_policy_says_which_call_takes_the_problem(policy, tmp_path):
     policy.table.save(tmp_path / "table.nc")
     with pytest.raises(ValueError, match=r"plan it again \(`Policy.simulate` also takes problem=\)"):
@@ -295,7 +304,7 @@ def test_what_is_refused(policy, tmp_path):
         (torque, {"precision": "int16"},
          "precision must be 'double' for a TorqueController: only the tables of a policy are rounded; got 'int16'"),
         (torque, {"lost_max": 1.0}, "lost_max must be None for a"),
-        (policy, {"lost_max": 1e-9}, "lost_max must be >= .*, what the best of the forms int16, float32, double loses"),
+        (policy, {"lost_max": 1e-9}, "lost_max must be >= .*, the best of the forms, loses .double loses .*: the plan's own error of its search"),
         (policy, {"lost_max": -1.0}, "lost_max must be >= 0 "),
         (policy, {"precision": "int8"}, "precision must be one of double, float32, int16; got 'int8'"),
         (policy, {"outputs": ("gap",)}, "outputs must be duration, feed_rate, normal_force, and of gap, value those"),

@@ -210,6 +210,26 @@ def test_truths(read):
     assert log["data"].power_saturated.values.tolist() == [1.0, 0.0, 1.0]
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "words", "form"),
+    [
+        ("30.11.26 23:59:59,500", "01.12.26 00:00:00,000", "a year of two digits", "%d.%m.%y %H:%M:%S,%f"),
+        ("30.11.26 23:59:59.500", "01.12.26 00:00:00.000", "a year of two digits", "%d.%m.%y %H:%M:%S.%f"),
+        ("11/30/2026 23:59:59.5", "12/01/2026 00:00:00.0", "it is the first", "%m/%d/%Y %H:%M:%S.%f"),
+        ("30/11/26 23:59:59.5", "01/12/26 00:00:00.0", "it is the second", "%d/%m/%y %H:%M:%S.%f"),
+        ("02/03/2026 10:00:59.5", "02/13/2026 10:01", "in line 3 shows that it is the first", "%m/%d/%Y"),
+        ("02/03/2026 10:00:59.5", "02/03/2026 10:01:00.0", "may be either", "%d/%m/%Y %H:%M:%S.%f"),
+    ],
+)
+def test_the_format_that_is_offered_reads_the_stamps(read, first, second, words, form):
+    text = f"t;X [um]\n{first};0\n{second};10\n"
+    with pytest.raises(ValueError, match=words) as refused:
+        read(text)
+    assert f'time_format="{form}' in str(refused.value)
+    if "%f" in form:
+        assert read(text, time_format=form)["data"].time.values.tolist() == [0.0, 0.5]
+
+
 def test_time_format(read):
     text = "t,X [um]\n03/02/2026 10-00-00,0\n03/02/2026 10-00-01,10\n"
     assert read(text, time_format="%d/%m/%Y %H-%M-%S")["data"].time.values.tolist() == [0.0, 1.0]

@@ -84,6 +84,10 @@ def bare():
             {"size": ("v", "um"), "command_rate": ("X", "mm/min")},
             'exchanged? Say size=("X", "um"), command_rate=("v", "mm/min")',
         ),
+        (
+            {"size": ("v", "um", -0.5), "command_rate": ("X", "mm/min", 0.5)},
+            'exchanged? Say size=("X", "um", -0.5), command_rate=("v", "mm/min", 0.5)',
+        ),
         ({"time": None, "period": 40.0}, "got 0.000884: period of 0.04 s? Say period=0.04"),
     ],
 )

@@ -198,8 +198,12 @@ def test_aligned_with_the_feed_a_corner_asks_for_a_jump():
 
 REFUSED = [
     ({"feed_rate": 0.0}, r"feed_rate must be > 0 \(mm/s\); got 0.0"),
-    ({"feed_rate": 25000.0}, r"feed_rate must be in \[0.1, 10000\]: is it in mm/s\? \(mm/s\); got 25000.0"),
-    ({"feed_rate": 0.025}, r"feed_rate must be in \[0.1, 10000\]: is it in mm/s\?"),
+    ({"feed_rate": 25000.0}, r"feed_rate must be in mm/s, some 25; .*; got 25000.0"),
+    (
+        {"feed_rate": 1800},
+        r"feed_rate must be in mm/s, some 25; units.mm_per_min\(...\) for mm/min; got 1800",
+    ),
+    ({"feed_rate": 0.025}, r"feed_rate must be in mm/s, some 25; units.m_per_s\(...\) for m/s; got 0.025"),
     ({"azimuth": 90.0}, r"azimuth must be within a turn; units.deg\(90\) for degrees \(rad\); got 90.0"),
     ({"lever_arm": 0.095}, r"lever_arm must be >= 1; 95.0 for 0.095 m \(mm\); got 0.095"),
     ({"acceleration": -1.0}, r"acceleration must be > 0 \(mm/s\^2\); got -1.0"),
@@ -227,6 +231,16 @@ REFUSED = [
 def test_refused(changes, said):
     with pytest.raises(ValueError, match=said):
         EASY.replace(**changes)
+
+
+def test_a_feed_that_the_motion_nowhere_reaches_warns():
+    """Legs of 6 mm at 1000 mm/s^2 reach sqrt(6000) = 77.5 mm/s at most."""
+    said = r"feed_rate of 900 mm/s is reached nowhere: .* at most 77.5 mm/s; .* It would be 15 mm/s"
+    with pytest.warns(UserWarning, match=said):
+        finishing.plan(EASY.replace(feed_rate=900.0))
+    finishing.plan(EASY.replace(feed_rate=200.0))  # none
+    with pytest.raises(ValueError, match=r"air_feed must be in mm/s, some 100; units.mm_per_min"):
+        finishing.Lift(air_feed=6000.0)
 
 
 def only_ends(path, *, per_leg, sample=finishing.Path.sample):

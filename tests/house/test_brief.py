@@ -56,6 +56,8 @@ def test_percent_for_a_share_is_asked_about():
     ):
         problem.replace(scatter=weldbead.Scatter("K1", 2.5))
     problem.replace(scatter=weldbead.Scatter("K1", 1.0))
+    with pytest.raises(TypeError, match=r"attribution must be 'C1', or several of .*; got 0.15"):
+        weldbead.Scatter(0.15, "C1")
 
 
 def test_control_points_alone_are_led_to_a_b_spline():

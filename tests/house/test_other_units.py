@@ -80,6 +80,28 @@ CALLS = [
     (PROCESS, {"disk_radius": 0.09}, "mm, some 90; units.m(...) for metres; got 0.09"),
     (PROCESS, {"disk_radius": 3.5}, "mm, some 90; units.inch(...) for inches; got 3.5"),
     (PROCESS, {"free_speed": 8500}, "rad/s, some 500; units.rpm(...) for rev/min; got 8500"),
+    (
+        PROCESS,
+        {"free_speed": 4775.0},
+        "rad/s, some 500; the rim of a disc of 85 mm would run at 405.9 m/s, 125 at most;"
+        " units.rpm(...) for rev/min; got 4775.0",
+    ),
+    (BEAD, {"specific_energy": 11000.0}, "J/mm^3, some 10; multiply by 0.001 for J/cm^3; got 11000.0"),
+    (BEAD, {"specific_energy": 0.011}, "J/mm^3, some 10; multiply by 1000 for kJ/mm^3; got 0.011"),
+    (DISC, {"specific_energy": 11000.0}, "J/mm^3, some 10; multiply by 0.001 for J/cm^3; got 11000.0"),
+    (BEAD, {"force_max": 5e4}, "N, some 50; got 50000.0"),
+    (PASS, {"normal_force_max": 5e4}, "N, some 50; got 50000.0"),
+    (
+        hwsim.WeldBeadStand(BEAD),
+        {"height_noise": 3.0},
+        "mm, some 0.002; units.um(...) for micrometres; got 3.0",
+    ),
+    (FINISHING, {"feed_rate": 1800}, "mm/s, some 25; units.mm_per_min(...) for mm/min; got 1800"),
+    (
+        finishing.Lift(),
+        {"air_feed": 6000.0},
+        "mm/s, some 100; units.mm_per_min(...) for mm/min; got 6000.0",
+    ),
     (PROCESS, {"bead_width": 0.0125}, "mm, some 12; units.m(...) for metres; got 0.0125"),
     (BEAD, {"bead_length": 0.15}, "mm, some 150; units.m(...) for metres; got 0.15"),
     (BEAD, {"height_max": 0.002}, "mm, some 2; units.m(...) for metres; got 0.002"),
@@ -194,6 +216,21 @@ def test_a_ratio_the_other_way_or_in_a_thousandth(change, told):
     assert str(refused.value) == f"{next(iter(change))} must be {told}"
 
 
+def test_a_friction_ratio_in_percent_is_refused():
+    said = (
+        "friction_ratio must be tangential over normal force, some 0.3; divide by 100 where percent is meant"
+    )
+    with pytest.raises(ValueError, match=said):
+        BEAD.replace(friction_ratio=30.0)
+
+
+def test_an_idle_power_in_kilowatts_warns():
+    """It is estimated, too: a bead whose idle power was found to be small is planned."""
+    with pytest.warns(UserWarning, match=r"idle_power is 0.12 W, .*: multiply by 1000 for kW"):
+        BEAD.replace(idle_power=0.12)
+    BEAD.replace(idle_power=0.0)
+
+
 PUSH = {"offset": 1.0, "spindle_speed": 2.0, "push_speed": 10.0}
 
 
@@ -213,5 +250,5 @@ def test_a_push_names_the_conversion(change, told):
 def test_a_text_with_its_unit_is_told_as_written(tmp_path):
     job = tmp_path / "job.toml"
     job.write_text(Path("examples/plunge.toml").read_text().replace('"37 m/s"', '"37 m/min"'))
-    with pytest.raises(ValueError, match=r"wheel_speed must be in mm/s, some 30000; got '37 m/min'"):
+    with pytest.raises(ValueError, match=r"wheel_speed must be some 30000 mm/s; got '37 m/min'"):
         read(job)

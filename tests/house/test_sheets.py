@@ -287,3 +287,15 @@ def test_sentences_and_pages_write_small_amounts_alike():
     assert Amounts.of("depth", [0.00301], "mm").cells((1e3, "µm")) == ["3.01"]
     assert significant(0.0) == "0" and significant(1234.5) == "1234" and significant(2.5e7) == "2.5e+07"
     assert significant(-1e-5, 3) == "-1e-05" and to_spread(-1e-4, 0.02) == "0.000"
+
+
+def test_beside_a_great_value_no_digits_are_shown_that_say_nothing():
+    """25.605 - 25.5085 is known to a tenth of a millisecond; of a micrometre no picometre is."""
+    beside = [Interval(25.508486, 0.0), Interval(25.605, 0.0, sure="in every part"), Interval(0.0965141, 0.0)]
+    cells = Amounts.of("time", beside, "s").cells((1.0, "s"))
+    assert cells == ["25.5085 exact", "25.605 in every part", "0.0965 exact"]
+    depths = [25.85, 0.009896, 5.21e-5, 2.6e-5, -2.6e-5, 0.0]
+    cells = Amounts.of("overground", depths, "mm").cells((1.0, "mm"))
+    assert cells == ["25.85", "0.0099", "0.0001", "<0.0001", ">-0.0001", "0"]
+    few = Amounts.of("exponent", [2.1e6, 0.85], "1").cells((1.0, "1"))
+    assert few == ["2.1e+06", "0.85"]

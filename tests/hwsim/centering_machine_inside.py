@@ -9,6 +9,7 @@ from centering.cycle._strategy.plan import prepared, solved
 from centering.push.turning import _plane_kernels as plane
 from hwsim._log.fingerprint import fingerprint
 from hwsim._log.log import same
+from hwsim._report.centering import reasons
 from hwsim.command._centering.film import FilmStrip
 from hwsim.command._centering.live import Chart, LiveView, watched
 from hwsim.command._centering.toml import read
@@ -29,6 +30,7 @@ __all__ = [
     "plane",
     "prepared",
     "read",
+    "reasons",
     "same",
     "slots",
     "solved",

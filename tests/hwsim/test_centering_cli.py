@@ -2,11 +2,12 @@
 beside ours.
 """
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from centering_machine_inside import Size, prepared, read, same, solved
+from centering_machine_inside import Size, prepared, read, reasons, same, solved
 from cli_fakes import only_news, pictures_of_page, without_news
 
 import centering
@@ -120,6 +121,41 @@ def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, cap
     assert out.endswith(f"kept in {finished}: strategy.nc, run.nc, run.db, report.html\n")
 
 
+def test_a_page_tells_where_the_time_differs_from_the_plan(job, strategy):
+    """Three legs of the cycle, planned and realised: each sums to its whole, and none is called exact."""
+    log = in_python(job, strategy, parts=6)
+    text = " ".join(log.report(plan=strategy).split())
+    start = np.hypot(log.outcome.center_x[:, 0], log.outcome.center_y[:, 0]).values
+    planned, real = np.mean([strategy.cycle_time(x) for x in start]), float(log.outcome.time.mean())
+    assert f"planned {planned:.6g} s expected" in text and f"{planned:.6g} s exact" not in text
+    legs = reasons(log, strategy)["time"]
+    shown = [float(each) for each in re.findall(r"\d\.\d{3}", legs)]
+    assert sum(shown[::2]) == pytest.approx(real, abs=2e-3) and sum(shown[1::2]) == pytest.approx(
+        planned, abs=2e-3
+    )
+    table, begin = log["control"].to_dataframe().query("part == 2"), log.outcome.time.values[2]
+    rising = table.time[(table.pushing > 0) & ~(table.pushing.shift() > 0)]
+    assert len(rising) == log.outcome.pushes[2] and 0 < begin - rising.iloc[-1] < begin
+    model = strategy.simulate(runs=40, rng=0, start=np.resize(start, 40))
+    assert shown[5] == pytest.approx(np.mean(model.last), rel=0.05)
+    most = (
+        np.max(strategy.outcomes.contact_time)
+        + strategy.timing.busy_time
+        + 1.6 / strategy.spindle_speed(0.003)
+    )
+    assert np.all(model.last <= most) and np.all(model.last < model.time)
+
+
+def test_a_page_tells_which_parts_end_above_what_the_plan_pushes_again(job, strategy):
+    log = in_python(job, strategy, parts=6)
+    told, finish = reasons(log, strategy)["offset"], 1000 * strategy.finish
+    above = log.outcome.offset.values > strategy.finish
+    assert f"{100 * above.mean():.1f} % of the parts ended above {finish:.3g} µm" in told
+    assert f"ended at {1000 * log.outcome.offset.values[~above].mean():.3f} µm" in told
+    log.outcome["true_mu_kinetic"][:] = 0.15001  # as planned, in all digits that are told
+    assert "friction" in told and "friction" not in reasons(log, strategy)["offset"]
+
+
 def test_a_kept_run_goes_on(job, strategy, given, tmp_path, capsys):
     for parts in (1, 3):
         out = said(capsys, *given, "--parts", parts, "--rng", 2, "--no-pictures", "--out", tmp_path)
@@ -215,6 +251,14 @@ def test_all_that_a_file_may_say(tmp_path):
         ("friction_range = 0.8", "friction_range must be a list of numbers"),
         ("[part]\nmass = -1", "[part] mass must be > 0 (kg); got -1"),
         ("[model]\nmu_static = 0.1", "[model] mu_static must be >= mu_kinetic = 0.15; got 0.1"),
+        (
+            '[limits]\nspindle_speed_max = "80 Hz"',
+            "[limits] spindle_speed_max must be < 30 (rad/s); got '80 Hz'",
+        ),
+        (
+            "[limits]\nspindle_speed_max = 80",
+            '[limits] spindle_speed_max must be < 30; "... rpm" for rev/min (rad/s); got 80.0',
+        ),
         ("[limits]\nspindle_speed_max = 0", "[limits] spindle_speed_max must be > 0 (rad/s); got 0"),
         ("[machine]\nstart_offset = [5, 1]", "[machine] start_offset must be of a least and a greatest"),
         (

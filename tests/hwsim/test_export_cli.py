@@ -1,7 +1,9 @@
 """``hwsim export``: a saved policy as C99 or an FMU, smaller tables, what it refuses and what it points to."""
 
 import json
+import re
 import zipfile
+from types import SimpleNamespace
 
 import pytest
 
@@ -43,6 +45,31 @@ def test_a_saved_policy(saved, tmp_path, capsys):
         assert (tmp_path / "honing" / path.name).read_bytes() == path.read_bytes()
 
 
+def test_says_first_what_it_does(saved, tmp_path, capsys):
+    """Before anything is loaded, and nothing where there is no plan."""
+    assert main(["export", str(saved), str(tmp_path / "plain")]) == 0
+    out, error = capsys.readouterr()
+    assert (
+        re.match(rf"hwsim: {saved} as C99: this takes about \d+ s.*measured", error)
+        and "tables in" not in out
+    )
+    first, why = refused(capsys, saved, tmp_path / "small", "--lost-max", "1").splitlines()
+    assert f"{saved} as C99, with the value that smaller tables lose: this takes about" in first
+    assert "needs the problem" in why  # a policy of the user's own has functions
+    assert "as C99" not in refused(capsys, tmp_path / "none.nc", tmp_path / "x")
+
+
+def test_tells_what_smaller_tables_lose(saved, tmp_path, capsys, monkeypatch):
+    lost = {"all_stages": 1.78e-8, "error": 2e-3, "unit": "$"}
+    manifest = {"name": "a", "precision": "int16", "lost": lost}
+    monkeypatch.setattr(
+        sdpgrind, "export", lambda *a, **k: SimpleNamespace(manifest=manifest, size=9, promise="same bits")
+    )
+    assert main(["export", str(saved), str(tmp_path / "a"), "--lost-max", "1"]) == 0
+    told = "tables in int16, which lose at most 1.78e-08 $; the plan's own error is 0.002 $"
+    assert capsys.readouterr().out.splitlines()[-2:] == [told, "same bits"]
+
+
 def test_outputs(saved, tmp_path):
     wanted = ["--outputs", "strokes, value", "--name", "small"]
     assert main(["export", str(saved), str(tmp_path / "my bead"), *wanted]) == 0
@@ -67,6 +94,9 @@ def test_errors_point_to_the_option(saved, tmp_path, capsys):
     told = refused(capsys, saved, tmp_path / "my bead")
     assert "--name must be given" in told and "'my bead'" in told
     assert list(tmp_path.iterdir()) == []
+    assert main(["export", str(saved), str(tmp_path / "bead")]) == 0
+    told = refused(capsys, saved, tmp_path / "bead", "--name", "other")
+    assert "--overwrite must be given where path holds another export; got" in told and "True" not in told
 
 
 def test_help(capsys):

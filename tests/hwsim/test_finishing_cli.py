@@ -255,7 +255,16 @@ def test_everything_that_can_be_said(tmp_path):
         ("bits = 14", "bits = 14.5", "[axis] bits must be a whole number; got 14.5"),
         ('"900 mA"', '"9 A"', "[axis] current_limit must be <= current_range = 5 (A); got 9.0"),
         ("pushed = false", "pushed = 0", "tool.pushed must be true or false; got 0"),
-        ('contact_angle = "20 deg"', 'contact_angle = "95 deg"', "[tool] contact_angle must be in [0, pi/2]"),
+        (
+            'contact_angle = "20 deg"',
+            'contact_angle = "95 deg"',
+            "[tool] contact_angle must be in [0, pi/2] (rad); got '95 deg'",
+        ),
+        (
+            'contact_angle = "20 deg"',
+            "contact_angle = 20",
+            '[tool] contact_angle must be in [0, pi/2]; "30 deg" for degrees (rad); got 20.0',
+        ),
         (
             'method = "toppra"',
             'method = "fast"',

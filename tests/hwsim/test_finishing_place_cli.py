@@ -57,7 +57,7 @@ def test_a_placement_is_searched(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("program", "arguments", "told"),
     [
-        ('deviation = "20 mm"', "rapid", "[program] deviation must be in mm, some 0.02; got '20 mm'"),
+        ('deviation = "20 mm"', "rapid", "[program] deviation must be some 0.02 mm; got '20 mm'"),
         ('name = "end"', "krl", "[program] name must be a letter, then letters, digits and _, at most 24"),
         ("timing = true", "rapid", "[program] timing must be False for rapid"),
         ("", "rapid --parts 2", "--parts must be left out with --program, which finishes none; got 2"),

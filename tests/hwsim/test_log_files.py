@@ -57,8 +57,8 @@ def test_saved_and_loaded_is_equal(tmp_path):
 def test_drawn():
     pytest.importorskip("matplotlib")
     assert [axis.get_ylabel() for axis in sample().plot().axes] == [
-        "size [mm]",
-        "command rate commanded [mm/s]",
+        "size [µm]",
+        "command rate [mm/s]",
     ]
 
 

@@ -149,6 +149,10 @@ def test_verify_refuses_another_file(tmp_path, capsys):
     (tmp_path / "notes.txt").write_text("a text")
     assert main(["verify", str(tmp_path / "notes.txt")]) == 2 == main(["verify", str(tmp_path / "none.nc")])
     assert "saved by this library" in (told := capsys.readouterr().err) and "existing file" in told
+    table = tmp_path / "doubts.csv"
+    table.write_text("value,believed\n")
+    assert main(["verify", str(table)]) == 2
+    assert "doubts.csv' holds none: a table or a text has no digest" in capsys.readouterr().err
 
 
 def test_names_from_files_are_escaped(tmp_path):
@@ -191,6 +195,7 @@ def test_a_comparison_has_a_page(tmp_path):
     ("kind", "told"),
     [
         ("centering.profile", "a measured profile cannot be made again"),
+        ("centering.roundness", "a sheet of a measured ring cannot be made again"),
         ("identify.doubts", "a page of doubts on measured data cannot be made again"),
         ("sdp.policy", "this one is of a plan of its own kind, sdp.policy"),
     ],
@@ -239,10 +244,7 @@ def test_the_picture_of_the_worst_parts_names_the_part_it_shows(page, ground, no
     pictures = re.findall(r"<svg\b.*?</svg>", text, re.S)
     shown = {"Part": f"Part {worst[0]}", "Parts": f"Parts {', '.join(map(str, worst[::-1]))}"}[noun]
     assert f">{shown}<" in pictures[0] and "The last part" not in text
-    assert (
-        f"The 3 worst parts (by time, then part slack), worst last: {', '.join(map(str, worst[::-1]))}"
-        in text
-    )
+    assert f"The 3 worst parts (by time, then part slack), worst first: {', '.join(map(str, worst))}" in text
     assert f">Part {len(ground) - 1}, the last<" in pictures[1]
 
 
@@ -252,7 +254,7 @@ def test_the_picture_of_the_worst_parts_says_what_spoiled_the_first_of_them(grou
     best = int(np.argmin(spoiled.outcome.time.values))
     spoiled.outcome["out_of_round"] = ("part", 1.0 * (np.arange(len(spoiled)) == best), {"units": "1"})
     assert worst_parts(spoiled, charged_names(spoiled), 1) == [best]
-    told = rf"The 3 worst parts \(by out of round, then time\), worst last: .*, {best}\]"
+    told = rf"The 3 worst parts \(by out of round, then time\), worst first: {best}, .*\]"
     assert re.search(told, spoiled.report())
 
 
@@ -406,5 +408,11 @@ def test_the_page_of_a_file_tells_what_was_read_and_invents_no_verdict():
     assert "20 rows of 1 part read from the mapping, 19 s in all" in told
     assert re.search(r"^grinding power \[W\] +20 +1000 +1500 +2000$", told, re.M)
     assert not any(words in told for words in (" by :", "finished", "Worst parts", "Every part", "1 parts"))
+    rates = {"t [s]": np.arange(20.0), "X [mm]": 0.04 * np.arange(20.0), "v [mm/s]": np.full(20, 0.04)}
+    fed = hwsim.Log.read(rates, time="t", size="X", command_rate="v")
+    assert re.search(r"^command rate \[µm/s\] +20 +40.00 +40.00 +40.00$", fed.report(), re.M)
+    axes = fed.plot().axes  # in the units of the table
+    assert [axis.get_ylabel() for axis in axes] == ["size [mm]", "command rate [µm/s]"]
+    assert axes[1].lines[0].get_ydata()[0] == pytest.approx(40.0)
     two = hwsim.Log.read(table, time="t", grinding_power="P", part="n")
     assert "20 rows of 2 parts" in (told := two.report()) and "Every part" in told

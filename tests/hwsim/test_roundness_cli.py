@@ -1,6 +1,8 @@
 """``hwsim roundness``: a file to a decision and a sheet; its exit status, and what it refuses."""
 
 import html
+import os
+import sys
 
 import numpy as np
 import pytest
@@ -38,6 +40,18 @@ COLUMNS = ("--angle", "phi:deg", "--deviation", "dev", "--radius", "30")
 def test_its_status_is_the_decision(ring, capsys, limit, status, found):
     code, out, err = told(capsys, ring, *COLUMNS, "--limit", limit)
     assert code == status and out.splitlines()[-1].endswith(f"µm: {found}") and not err
+
+
+@pytest.mark.parametrize("buffering", [1, -1])
+def test_a_reader_that_has_gone_changes_nothing(ring, tmp_path, monkeypatch, buffering):
+    """As in ``hwsim roundness ... | head -0``: the sheet is written, the status is that of the decision."""
+    read, write = os.pipe()
+    os.close(read)
+    page = tmp_path / "ring.html"
+    with os.fdopen(write, "w", buffering) as output, monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", output)
+        status = main(["roundness", str(ring), *COLUMNS, "--limit", "1.5um", "--report", str(page)])
+    assert status == 1 and page.exists() and main(["verify", str(page)]) == 0
 
 
 def test_it_finds_what_python_finds_and_writes_the_sheet(ring, capsys, tmp_path):
@@ -136,7 +150,8 @@ def test_turns_of_two_rings_are_told(capsys, tmp_path):
     both = tmp_path / "both.csv"
     both.write_text("\n".join(rows))
     code, out, err = told(capsys, both, *COLUMNS, "--limit", "10um")
-    assert code == 1 and not err and out.endswith("95 % guaranteed); limit 10 µm: not decided\n")
+    told_of = "95 % guaranteed); limit 10 µm: not decided, most of the measured value is noise\n"
+    assert code == 1 and not err and out.endswith(told_of)
     assert out.splitlines()[1].startswith(
         "note    the centre differs by 38.0 µm from turn to turn, by more than 5"
     )
@@ -248,6 +263,16 @@ def test_terms(message, said):
         ),
         (("--upr", "2-15", "--circle", "MZC"), "--circle must be 'LSC' after Gaussian band"),
         (("--upr", "400"), "--upr must be < 360, half of the points of one turn (upr); got 400"),
+        (
+            ("--radius", "0.03"),
+            "--radius must be 1 ... 3000 mm; got 0.03 mm; if given in another unit: --radius 0.03m\n",
+        ),
+        (
+            ("--tip-radius", "3750"),
+            "--tip-radius must be 0.001 ... 50 mm; got 3750 mm; if given in another unit: --tip-radius 3750nm"
+            " or --tip-radius 3750um\n",
+        ),
+        (("--centred",), "--centred must be left out with --radius, as the radius is known then; got '30'\n"),
         (("--radius", "0.03m", "--tip-radius", "abc"), "--tip-radius must be"),
         (("--instrument", "none.toml"), "none.toml: No such file"),
     ],

@@ -68,6 +68,14 @@ def test_every_picture_of_its_page_is_drawn(finished, drawn):
     assert pictures_of_page(finished, "policy.nc") == 3
 
 
+def test_what_nobody_told_of_the_bead_is_marked(finished, policy):
+    outcome = OutcomeAlone(sdpgrind.load(finished / "run.nc").outcome)
+    told = "job: beads of 1.5 mm, 30 s to the deadline"
+    for assumed, mark in (((), ""), (("time",), " (time assumed, as no [stand] tells)")):
+        assert report("job", outcome, policy, (1.5, 30.0), assumed).splitlines()[0] == told + mark
+    assert job_of(policy.problem, simple=True).assumed == job_of(policy.problem, simple=False).assumed != ()
+
+
 def test_an_aborted_bead_is_in_no_mean(finished, policy):
     outcome = sdpgrind.load(finished / "run.nc").outcome.copy(deep=True)
     outcome["aborted"] = "part", np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
@@ -428,7 +436,10 @@ def test_writes_the_operator_table(tmp_path):
     arguments = ["weldbead", "--simple", "--policy", str(tmp_path / "short.nc"), "--parts", "1"]
     assert main([*arguments, "--operator-table", str(tmp_path / "bead.html")]) == 0
     page = (tmp_path / "bead.html").read_text()
-    assert "Next pass: duration s / normal force N" in page and "Measure the height and go up" in page
+    assert (
+        "Next pass: duration s / normal force N" in page
+        and "between two rows take that of the greater height" in page
+    )
 
 
 def test_refuses_another_ending_of_the_operator_table(capsys, coarse, tmp_path):

@@ -215,7 +215,31 @@ FAULTS = [
     ("stage = 2", "stage = 2.5", "", "durations[0] must be a multiple of the stage, 2.5 s (s); got 6.0"),
     ('"C1"', '"C4"', "", "[scatter] attribution must be one of C1, K1, K2, mu; got 'C4'"),
     ("relative_sd = 0.15", "relative_sd = -0.15", "", "[scatter] relative_sd must be >= 0; got -0.15"),
-    ("{ linear = 2.0 }", "2.0", "", "height_charge.under must be a table; got 2.0"),
+    (
+        "{ linear = 2.0 }",
+        "2.0",
+        "",
+        "height_charge.under must be a table of linear, quadratic or constant (one of them), and tolerance,"
+        " as { linear = 2.0 }; got 2.0",
+    ),
+    (
+        "speed_droop = 0.0\nbead_width = 12.5",
+        "bead_widht = 12.5",
+        "",
+        "process.speed_droop and process.bead_width are missing; is process.bead_widht for process.bead_width meant?",
+    ),
+    (
+        'attribution = "C1"\nrelative_sd = 0.15',
+        "",
+        "",
+        "scatter.attribution and scatter.relative_sd are missing",
+    ),
+    (
+        P1,
+        'stage = 2\nreset_time = "2 s"',
+        "",
+        "process, durations, scatter, height_charge, bead_length, force_max, height_max and horizon are missing",
+    ),
     (
         "{ linear = 2.0 }",
         "{ cubic = 2.0 }",
@@ -235,6 +259,51 @@ FAULTS = [
         "height_charge.under.linear must have a unit like $/mm; got '2 $/s'",
     ),
     ('"10 J/mm^3"', "-10", "", "[process] specific_energy must be > 0 (J/mm^3); got -10.0"),
+    (
+        '"10 J/mm^3"',
+        '"11 J/cm3"',
+        "",
+        "[process] specific_energy must be in J/mm^3, some 10; got 0.011, from '11 J/cm3'\n",
+    ),
+    (
+        "free_speed = 500.0",
+        "free_speed = 5000",
+        "",
+        "[process] free_speed must be in rad/s, some 500; the rim of a disc of 85 mm would run at 425 m/s, 125 at"
+        ' most; "... rpm" for rev/min; got 5000.0\n',
+    ),
+    (
+        "free_speed = 500.0",
+        'free_speed = "5000"',
+        "",
+        "[process] free_speed must be in rad/s, some 500; the rim of a disc of 85 mm would run at 425 m/s, 125 at"
+        " most; \"... rpm\" for rev/min; got 5000.0, from '5000'\n",
+    ),
+    (
+        "bead_length = 50.0",
+        "bead_length = 0.24",
+        "",
+        'bead_length must be in mm, some 150; "... m" for metres; got 0.24\n',
+    ),
+    (
+        "",
+        "",
+        "[disc]\nrelaxed_angle = 30\n",
+        '[disc] relaxed_angle must be in (0, 1.3] (rad); "20 deg" for degrees',
+    ),
+    (
+        "speed_droop = 0.0",
+        "speed_droop = 0.55",
+        "",
+        "[disc] process.idle_power must be below the 90.91 W that the grinder may use",
+    ),
+    ('"0.05 kN"', '"50 kN"', "", "force_max must be in N, some 50; got 50000.0, from '50 kN'\n"),
+    (
+        "",
+        "",
+        "[stand.truth]\nspecific_energy = 12800\n",
+        "[stand.truth] specific_energy must be in J/mm^3, some 10; got 12800.0\n",
+    ),
     (
         "linear = 2.0",
         "linear = -2.0",
@@ -298,6 +367,20 @@ FAULTS = [
     ("stage = 2", "stage = 2\nstage = 4", "", "line 9, 'stage = 4': the key is there twice\n"),
     ("[process]", "[process", "", "line 9, '[process': Expected ']' at the end of a table declaration\n"),
 ]
+
+
+def test_an_idle_power_in_kilowatts_warns(job):
+    with pytest.warns(UserWarning, match="idle_power is 0.1 W"):
+        read(job('"0.1 kW"', "0.1"))
+
+
+def test_what_no_stand_tells_is_assumed(tmp_path):
+    path, starts = tmp_path / "job.toml", {"height": "1.2", "time": "40.0"}
+    for told in ((), ("height",), ("time",), ("height", "time")):
+        lines = [f"{name} = {starts[name]}" for name in told]
+        path.write_text("\n".join([P1, "[stand]" * bool(told), *lines]))
+        missing = tuple(name for name in starts if name not in told)
+        assert read(path).assumed == read(path, simple=True).assumed == missing
 
 
 @pytest.mark.parametrize(("old", "new", "more", "line"), FAULTS)

@@ -1,7 +1,8 @@
-"""Order of residuals: Durbin and Watson's test against simulation; statistic by its formula."""
+"""Order of residuals: Durbin and Watson's test against simulation; statistic by its formula; correlations."""
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from sdpgrind.base import serial
 
@@ -25,3 +26,19 @@ def test_statistic_of_durbin_and_watson():
     assert serial.durbin_watson(left, np.ones((6, 1)))[1] > 0.95
     assert serial.durbin_watson(np.repeat([1.0, -1.0], 10), np.ones((20, 1)))[1] < 1e-4
     assert serial.durbin_watson(np.zeros(6), np.ones((6, 1))) == (2.0, 0.5)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
+def test_slow_misfit_raises_no_local_correlation(correlation):
+    """Mean of 40 files of 480 readings about a wave of 3 sd; one file has a standard error of 0.05."""
+    rng = np.random.default_rng(2)
+    wave = 3.0 * np.sin(np.arange(480) / 60.0)
+    found = []
+    for _ in range(40):
+        white = rng.normal(0.0, np.sqrt(1 - correlation**2), 580)
+        left = wave + signal.lfilter([1.0], [1.0, -correlation], white)[100:]
+        found.append(serial.local_correlation(left, 48))
+        assert serial.correlation(left, 3, serial.gaps(None, 480)) > 0.7
+    # below 0 there is none: of white noise half of the files say 0, the others 0.04 in the mean
+    assert np.mean(found) == pytest.approx(correlation, abs=0.03)
+    assert np.std(found) < 0.07

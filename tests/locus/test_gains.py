@@ -191,6 +191,18 @@ def test_drifts_stay_within_the_margin_and_come_near_it(rate):
     assert (margin >= greatest) == (rate == 3.0)
 
 
+def test_margins_of_slow_loops_leave_nothing():
+    """Slow loops need many rounds: at a hundredth of the gain the margin is a hundred times as large."""
+    assert WHOLE.drift_margin(0.01, gain=0.01 * WHOLE.gain) == pytest.approx(
+        100 * WHOLE.drift_margin(0.01), rel=1e-3
+    )
+
+
+def test_a_loop_that_cannot_follow_is_refused():
+    with pytest.raises(ValueError, match=r"rate must be so small that the loop keeps up with it; got 0\.01"):
+        WHOLE.drift_margin(0.01, gain=1e-4 * WHOLE.gain)
+
+
 def test_margin_of_a_schedule():
     schedule, rate = WHOLE.schedule(), 0.05
     margin = WHOLE.drift_margin(rate, gain=schedule)

@@ -5,6 +5,7 @@ from sdpgrind.plunge._control import filter_state as filter_state
 from sdpgrind.plunge._control import state as state
 from sdpgrind.plunge._control.control_kernels import control_step as control_step
 from sdpgrind.plunge._control.control_kernels import start_control as start_control
+from sdpgrind.plunge._doubts import residuals as residuals
 from sdpgrind.plunge._doubts.alignment import of_cycles as of_cycles
 from sdpgrind.plunge._identify import contact as contact
 from sdpgrind.plunge._identify import cycles as cycles

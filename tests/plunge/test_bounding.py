@@ -185,6 +185,20 @@ def test_quadratic_programs_and_ipopt_agree(margin, power):
     assert ours.reached["grinding_power"] <= power * (1 + 1e-7)
 
 
+def test_quadratic_programs_that_do_not_settle_leave_the_rest_to_ipopt(monkeypatch):
+    """A step before the last the conditions hold already, and the unknowns still move."""
+    task = StageTask(
+        program(COARSE),
+        settings_of(believed(COARSE, stage_remaining=0.1)),
+        {"burned_layer": 0.0, "roundness": COARSE.roundness_max - 2e-5, "grinding_power": 2500.0},
+        SETTINGS,
+    )
+    steps = task.by_quadratic_programs()[2]
+    monkeypatch.setattr("sdpgrind.plunge._stages.solvers._STEPS", steps - 1)
+    assert task.by_quadratic_programs()[1] == f"{steps - 1} steps were not enough"
+    assert best(0.0, 2500.0).time == best(0.0, 2500.0, "nlp").time
+
+
 def test_the_optimum_against_brute_force():
     """No other stage rate, with its least stock for the margin, is faster in the simulated part."""
     problem, margin = COARSE.replace(sample_time=0.01), 0.003

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cycle_readings import EXPERIMENT, NOMINAL
-from plunge_inside import contact, cycles, of_cycles
+from plunge_inside import contact, cycles, of_cycles, residuals
 
 import hwsim
 from sdpgrind import identify, plunge
@@ -80,6 +80,22 @@ def test_an_approach_in_air_misleads_no_alignment():
     for way in WAYS:
         data = {"time": time, "size": size, "command_rate": recorded(way, np.concatenate([air, RATE]))}
         assert aligned(data).alignment.preferred == way
+
+
+def test_noise_that_feigns_a_touch_in_the_air_bends_no_lag():
+    """6 files with 2.5 s of air, correlation 0.9: the lag from the first size that seems to move is off by 0.1 to 0.8 s in 5."""
+    rate = np.concatenate([np.full(50, 0.04), RATE])
+    clean = np.concatenate([np.zeros(50), size_of(1.7)])
+    for seed in range(6):
+        noise = np.random.default_rng(seed).normal(0.0, 5e-4 * np.sqrt(1 - 0.9**2), clean.size + 100)
+        for k in range(1, noise.size):
+            noise[k] += 0.9 * noise[k - 1]
+        data = {"time": STEP * np.arange(rate.size), "command_rate": rate, "size": clean + noise[100:]}
+        each = cycles.cycles(data)
+        found = of_cycles(each)
+        assert found.time_constants["begin"] == pytest.approx(1.7, abs=0.1)
+        assert found.alignment.preferred in ("begin", "not sure")
+        assert not residuals.of_models(each, found.fit, None)
 
 
 def test_a_constant_command_tells_no_alignment():

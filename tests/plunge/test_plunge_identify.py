@@ -423,6 +423,14 @@ def test_faulty_readings(data, reason, method):
         found(data(), method=method, throw=True)
 
 
+def test_a_value_below_its_standard_deviation_is_told_in_full():
+    """Of a pure number no unit is told; a last digit 1 of the standard deviation is."""
+    vague = identify.Estimate(("wear_flat_area",), [0.05], [[0.11**2]], units=("1",))
+    assert _records.concluded(vague, "too little").message == "not identified: too little (0.05 ± 0.11)"
+    in_s = identify.Estimate(("time_constant",), [0.05], [[0.11**2]], units=("s",))
+    assert _records.concluded(in_s, "too little").message == "not identified: too little (0.05 ± 0.11 s)"
+
+
 @pytest.mark.parametrize("what", ["contact_zero", "normal_force_ratio"])
 def test_faulty_readings_of_the_contact(what):
     for data, reason in ((frozen(), "stands still"), (backwards(), "jumps back")):

@@ -169,6 +169,17 @@ def test_a_touch_in_too_small_to_be_seen_is_within_the_interval():
     assert sum(inside) >= 11
 
 
+def test_noise_that_feigns_a_touch_in_the_air_misleads_no_lag():
+    """12 files with 2.5 s of air, correlation 0.9: a touch-in sought before the first size that seems to move is wrong in 6."""
+    time, tau, late = 0.05 * np.arange(300), 1.25, 2.5
+    u = np.select([time < 5.0 - 1e-9, time < 8.0 - 1e-9, time < 11.0 - 1e-9], [0.04, 0.015, 0.005], 0.0)
+    size = np.append(np.zeros(50), lagged(time[50:] - late, u[50:], tau))
+    for seed in range(12):
+        white = np.random.default_rng(seed).normal(0.0, 5e-4 * np.sqrt(1 - 0.9**2), 400)
+        fit = found(cycle(size + signal.lfilter([1.0], [1.0, -0.9], white)[100:], time, u))
+        assert abs(fit["time_constant"] - tau) < min(5 * fit.sd[0], 0.1)
+
+
 def test_missing_readings_are_skipped_and_counted():
     data = noisy(5e-4, 0)
     data["size"][[3, 40, 41, 42, 100]] = np.nan
@@ -196,3 +207,15 @@ def test_the_interval_holds_for_gauges_with_filters(correlation):
         low, high = found(cycle(size + noise, time, u)).interval()[0]
         hit += low <= tau <= high
     assert hit / 80 == pytest.approx(0.955, abs=0.07)
+
+
+def test_noise_of_a_filter_is_no_other_lag():
+    """60 files of one lag, correlation 0.9: by the correlation of differences 5 are told that it depends on the rate."""
+    time, tau = 0.05 * np.arange(220), 1.7
+    u = np.select([time < 4.2 - 1e-9, time < 5.7 - 1e-9], [0.04, 0.01], 0.0)
+    size, said = lagged(time, u, tau), 0
+    for seed in range(60):
+        white = np.random.default_rng(seed).normal(0.0, 5e-4 * np.sqrt(1 - 0.9**2), 320)
+        fit = found(cycle(size + signal.lfilter([1.0], [1.0, -0.9], white)[100:], time, u))
+        said += "leaves more than noise" in fit.message
+    assert said <= 1

@@ -4,8 +4,9 @@ from sdpgrind.sdp._policy import small_kernels
 from sdpgrind.sdp._policy import small_tables as small_tables_module
 from sdpgrind.sdp._policy.small_choice import small_tables
 from sdpgrind.sdp._policy.small_tables import Rounding, narrowed, small_of
-from sdpgrind.sdp._policy.value_lost import value_lost
+from sdpgrind.sdp._policy.value_lost import value_lost, value_lost_within
 from sdpgrind.sdp._problem.grid import Grid
+from sdpgrind.sdp._solve import forever
 from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.point_backup import PointBundle
 from sdpgrind.sdp._transitions.menu import Menu
@@ -16,10 +17,12 @@ __all__ = [
     "Menu",
     "PointBundle",
     "Rounding",
+    "forever",
     "narrowed",
     "small_kernels",
     "small_of",
     "small_tables",
     "small_tables_module",
     "value_lost",
+    "value_lost_within",
 ]

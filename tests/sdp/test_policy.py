@@ -245,7 +245,7 @@ def test_a_loaded_policy_of_functions_answers_and_says_what_it_lacks(policy, tmp
 
 def test_a_file_that_is_not_ours_is_refused(tmp_path):
     (tmp_path / "x.nc").write_text("hello")
-    with pytest.raises(ValueError, match="path must be a file saved by this library"):
+    with pytest.raises(ValueError, match="path must be a plan, log or record saved by this library"):
         sdpgrind.load(tmp_path / "x.nc")
     with pytest.raises(FileNotFoundError, match="path must be an existing file"):
         sdpgrind.load(tmp_path / "none.nc")

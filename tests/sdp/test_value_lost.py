@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sdp_inside import value_lost
+from scipy import sparse
+from sdp_inside import forever, value_lost, value_lost_within
 
 from sdpgrind import sdp
 
@@ -91,6 +92,15 @@ def test_rounded_actions(chain, step, wanted):
     assert found.bound >= found.all_stages >= found.first_stage > 0.0
 
 
+def test_more_than_is_asked_is_found_early(chain):
+    best = solved()[1]
+    rounded, told = (0.01 * np.rint(best / 0.01))[:, None], []
+    most = value_lost(chain, rounded).all_stages
+    assert value_lost_within(chain, rounded, 0.1 * most, told.append) is None and 0 < len(told) < STAGES
+    found = value_lost_within(chain, rounded, most, told.append)
+    assert found.all_stages == most and told[-1] == 1.0 and len(told) > STAGES
+
+
 def late(charge, window=None):
     """A chain with two modes, charged when late; after a hit one may polish, which costs more without a stop."""
     hit = sdp.Shift("x", lambda s, c: sdp.Normal(c.a, 0.1 + 0.2 * c.a))
@@ -144,3 +154,12 @@ def test_without_a_deadline():
     assert found.all_stages == found.first_stage == found.bound > 1e-4
     endless = value_lost(plan, np.zeros_like(rounded))
     assert endless.all_stages == np.inf
+
+
+def test_a_cost_that_steps_do_not_reach_is_not_told():
+    """A ten-thousandth of the way in a step, from 1 to 10 000: too far for the rounds of many states."""
+    slow = sparse.diags_array(np.full(forever.DIRECT + 1, 0.9999), format="csr")
+    start = np.full(slow.shape[0], 1.0)
+    assert np.isnan(forever.settled(slow, np.full(start.size, 1.0), start)).all()
+    near = forever.settled(slow, np.full(start.size, 1.0), np.full(start.size, 1e4))
+    np.testing.assert_allclose(near, 1e4, rtol=1e-12)

@@ -122,7 +122,7 @@ def test_min_cut_raises_the_least_force():
 def test_long_passes_under_a_burn_limit_remove_nothing():
     # (5.12): delta = C1 C3 C_B u + C2 u^2, u = sqrt((T - t_R)/L); best at u* = C1 C3 C_B/(2 |C2|), zero at 2
     # u*.
-    p4 = weldbead.preset("P4").replace(durations=range(2 + 1, 400), stage=1.0, force_max=1e6, horizon=400)
+    p4 = weldbead.preset("P4").replace(durations=range(2 + 1, 400), stage=1.0, force_max=1e4, horizon=400)
     c = BASE.coefficients
     best = c.C1 * c.C3 * 16.0 / (2 * abs(c.C2))
 

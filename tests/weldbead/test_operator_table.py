@@ -89,6 +89,8 @@ def test_files_hold_the_table(table, tmp_path):
         text = (tmp_path / f"bead.{ending}").read_text()
         assert f"{table.duration[5, 3]:g} / {table.normal_force[5, 3]:.4g}" in text
         assert all(sentence in text for sentence in table.sentences)
+    assert np.all(np.diff(table.heights) > 0) and "of the greater height, further down." in table.sentences[0]
+    assert np.all(np.diff(table.times) > 0) and "of the shorter time, further left." in table.sentences[0]
 
 
 def test_forces_are_within_the_limits(policy):

@@ -83,6 +83,24 @@ def test_fast_path_at_every_node(name):
             )
 
 
+@pytest.mark.parametrize("wrong", ["1", "1,5", True, np.bool_(True), None, [1.0, "2"], [True, False]])
+def test_what_is_no_number_is_refused(finish, wrong):
+    for policy in (plain("P1"), finish):
+        for ask in (policy.value, policy.action, policy.gradient):
+            with pytest.raises(TypeError, match=r"height must be a number, or an array of them \(mm\); got"):
+                ask(height=wrong, time_left=24.0)
+        with pytest.raises(TypeError, match=r"time_left must be a number, or an array of them \(s\); got"):
+            policy.action(1.0, wrong)
+    for ask in (plain("P1").table.value, plain("P1").table.action):  # of a policy of `sdp`
+        with pytest.raises(TypeError, match=r"height must be a number"):
+            ask(height=wrong, time_left=24.0)
+
+
+def test_noise_of_a_scan_in_micrometres_is_refused():
+    with pytest.raises(ValueError, match=r"height_noise must be in mm, some 0.002; units.um"):
+        plain("P1").simulate(height=1.5, time_left=30.0, height_noise=3.0, runs=1)
+
+
 @pytest.mark.parametrize("height", [1, 1.0, np.float64(1), np.int64(1), np.float32(1), np.array(1.0)])
 @pytest.mark.parametrize("time", [24, 24.0, np.float64(24), np.int32(24)])
 def test_any_kind_of_number(height, time):

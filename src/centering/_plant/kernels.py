@@ -14,9 +14,8 @@ from sdpgrind.base.compiling.compiled import compiled
 _NEAR = 0.8  # pull over breakaway force; chosen: above it a ring at rest is advanced in small steps
 _FASTEST = 150.0  # mm/s; chosen: above the speed of any tip
 _SPLITS = 60  # derived: an event time to rounding
-_STEPS_MAX = (
-    100_000  # in a piece, beyond 20 times an uneventful one's; chosen: only endless stick-slip exceeds it
-)
+# chosen: steps in a piece, beyond 20 times an uneventful one's; only endless stick-slip exceeds it
+_STEPS_MAX = 100_000
 _CLOSE = 1e-12  # s; chosen: below the rounding of event times
 _STILL = 1e-6  # mm/s; chosen: a viscous ring never stops by itself
 _SLOW = 0.5  # rim speed over friction's change of it in a step; chosen: a slower spin stops with the ring

@@ -11,11 +11,11 @@ import xarray as xr
 
 from centering.roundness._budget_draws import lift_of, totals
 from centering.roundness._budget_rows import AT_BOTH_ENDS, BudgetRow, rows_of, spindle_bound
-from centering.roundness._circle_noise import NORMS
+from centering.roundness._circle_noise import NORMS, is_mostly_noise
 from centering.roundness._circle_protocol import Circle
 from centering.roundness._instrument import Instrument
 from centering.roundness._origin import remarks_on
-from centering.roundness._ront_verdict import ront_decision, ront_verdict, told_ront, worst_above
+from centering.roundness._ront_verdict import ront_decision, ront_verdict, worst_above
 from centering.roundness._roundness_interval import WORST, RoundnessInterval, limit_in_mm, remark_on
 from sdpgrind.base import checks, notebook, stored
 from sdpgrind.base.arrays import ByValue
@@ -138,7 +138,8 @@ class Budget(Described, ByValue, Result):
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences that a reader of RONt (mm) needs, as of `Roundness.remarks`, by this interval."""
-        above = remark_on(self.roundness.ron_t, self.interval())
+        ends, circle = self.interval(), self.roundness
+        above = remark_on(circle.ron_t, ends, noisy=is_mostly_noise(circle, ends))
         return (*above, *remarks_on(self.roundness.origin))
 
     def conforms(self, limit: float) -> str:
@@ -171,9 +172,8 @@ class Budget(Described, ByValue, Result):
         str
             Value, interval and decision in µm, and the worst case of the spindle where it is above the limit.
         """
-        most, circle, ends = limit_in_mm("limit", limit), self.roundness, self.interval()
-        told = told_ront(circle.kind, circle.ron_t, ends)
-        found = ront_verdict(told, ends, most, "", circle.origin.disagreement)
+        most = limit_in_mm("limit", limit)
+        found = ront_verdict(self.roundness, self.interval(), most)
         return found + (worst_above(self.worst_case().high, most) if self.spindle_bound else "")
 
     def report(

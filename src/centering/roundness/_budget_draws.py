@@ -7,7 +7,8 @@ import numpy as np
 from centering.roundness._budget_rows import AT_BOTH_ENDS, NORMAL, RECTANGULAR, UPWARD, BudgetRow
 from centering.roundness._circle_noise import even_noise, is_even_noise, point_noise, waves_of
 from centering.roundness._circle_protocol import Circle
-from centering.roundness._interval import SEED, lifts, seen, widths_at
+from centering.roundness._interval import lifts, seen, widths_at
+from centering.roundness._sensitivity import SEED
 from sdpgrind.base.checks import Floats
 
 _PAIRS = 1000  # chosen: draws of noise with their negatives; the sd of RONt is known to 2 %

@@ -12,11 +12,12 @@ from centering.roundness._interval import (
     guaranteed_at,
     pairs_for,
 )
-from centering.roundness._roundness_interval import RoundnessInterval
+from centering.roundness._roundness_interval import CALIBRATED, GUARANTEED, RoundnessInterval
 from sdpgrind.base.checks import Complex, Floats
 
 NORMS = ("LSC", "MZC")
 """Circles about which RONt is a norm of the form."""
+_MOST = 0.5  # chosen: share of RONt that is lift by noise, above which the correction is more than the form
 _ALIKE = 2.0  # chosen: largest sd of a deviation over the median, as where a step mentions a gap
 _UNEVEN = 0.2  # chosen: of a step; the centre of the circle moves angles about it by far less
 
@@ -33,10 +34,15 @@ def is_even_noise(circle: Circle) -> bool:
 def methods_of(circle: Circle) -> tuple[str, ...]:
     """Methods of an interval, the default first: calibrated where its coverage was measured."""
     if not is_even_noise(circle):
-        return ("guaranteed",)
+        return (GUARANTEED,)
     band = circle.origin.low > 1
     measured = not band or (circle.filter.startswith("Gaussian") and circle.origin.high < np.inf)
-    return ("calibrated", "guaranteed") if measured else ("guaranteed", "calibrated")
+    return (CALIBRATED, GUARANTEED) if measured else (GUARANTEED, CALIBRATED)
+
+
+def is_mostly_noise(circle: Circle, ends: RoundnessInterval) -> bool:
+    """Whether the usual interval is guaranteed because noise lifts RONt by more than the form has."""
+    return ends.method == GUARANTEED != methods_of(circle)[0]
 
 
 def amplitude_sd(circle: Circle) -> Floats:
@@ -61,18 +67,19 @@ def waves_of(circle: Circle) -> Complex:
 
 
 def interval_of(circle: Circle, confidence: float, method: str) -> RoundnessInterval:
-    """Interval of RONt by a method, mm; guaranteed where noise alone lifts it above the measured one."""
+    """Interval of RONt by a method, mm; guaranteed where noise lifts it by more than the form has."""
     kind, value, radius = circle.kind, circle.ron_t, circle.radius
     tail, pairs, best = 0.5 * (1 - confidence), pairs_for(confidence), value
     if not np.any(circle.noise_sd):
         low = high = value
     elif not is_even_noise(circle):
         low, high = guaranteed_at(kind, value, circle.angle, point_noise(circle, pairs), radius, tail)
-    elif method == "guaranteed":
+    elif method == GUARANTEED:
         low, high = guaranteed(kind, value, even_noise(circle, pairs), radius, tail)
     else:
         noise = even_noise(circle, pairs)
         low, high, best = calibrated(kind, value, waves_of(circle), noise, radius, tail)
-        if high < best:  # below 0: the form is no part of what was measured, and the factors do not hold
-            (low, high), best, method = guaranteed(kind, value, noise, radius, tail), value, "guaranteed"
+        # the form is no part of what was measured, or the less: the factors were not measured for that
+        if high < best or not low or value - best > _MOST * value:
+            (low, high), best, method = guaranteed(kind, value, noise, radius, tail), value, GUARANTEED
     return RoundnessInterval(low, high, best, confidence, method)

@@ -29,7 +29,7 @@ def _least_squares(
     rms = float(np.sqrt(np.mean((distances(surface, place) - radius) ** 2)))
     return Cylinder(
         "LSC", surface.axis_of(place), radius - tip_radius, np.empty(0, np.int64), np.empty(0, np.bool_),
-        rms, 0.0, points, tip_radius, "local: the sum of squares is level at this axis",
+        rms, 0.0, points, tip_radius, "local: the slope of the sum of squares over the axis is 0 here",
     )  # fmt: skip
 
 

@@ -68,8 +68,11 @@ def least_squares(x: Floats, y: Floats) -> ExchangeFound:
     cx, cy, radius, bends = least_squares_circle(x, y, *start_centre(x, y))
     across, up = x - cx, y - cy
     rms = float(np.sqrt(np.mean((np.sqrt(across * across + up * up) - radius) ** 2)))
-    sentence = "the sum of squares is level at this centre" + (
-        ", and bends upwards in every direction" if bends else ""
+    sentence = (
+        "no centre beside this one has a smaller sum of squares: its slope is 0 here, and it rises in every"
+        " direction"
+        if bends
+        else "the slope of the sum of squares over the place of the centre is 0 here"
     )
     return ExchangeFound((cx, cy), radius, rms, sentence)
 

@@ -86,8 +86,9 @@ def _refuse_ill(asked: str, condition: float, limit: float, degree: int, part_an
     if condition > limit:
         gap = widest_gap(part_angle)
         raise ValueError(
-            f"{asked} must leave the samples a condition <= {limit:g}; got {condition:.3g} for {degree} upr"
-            f" with a gap of {np.degrees(gap):.3g} degrees: {supported(gap)} upr are sure"
+            f"{asked} must ask for waves that the samples determine; got {degree} upr with a gap of"
+            f" {np.degrees(gap):.3g} degrees (condition of their fit {condition:.3g}, at most {limit:g}):"
+            f" up to {supported(gap)} upr are sure"
         )
 
 

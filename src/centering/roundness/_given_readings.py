@@ -9,8 +9,10 @@ import pandas as pd
 
 from centering.roundness._part_readings import PartReadings
 from centering.roundness._read import Turned, samples
-from centering.roundness._turn import NOT_GIVEN, UNKNOWN_RADIUS, nominal_radius
+from centering.roundness._turn import NOT_GIVEN, UNKNOWN_RADIUS, nominal_radius, warn_of_form
 from sdpgrind.base import checks
+from sdpgrind.base.columns.plausible import refuse_other_length
+from sdpgrind.base.columns.table import quantity_of
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -27,6 +29,7 @@ class GivenReadings(PartReadings):
         centred: bool = False,
         tip_radius: float = 0.0,
         internal: bool = False,
+        plausible: bool = True,
     ) -> Self:
         """Return the profile of deviations from a radius, as a form tester writes them.
 
@@ -44,8 +47,8 @@ class GivenReadings(PartReadings):
             Spindle angle, rad. Default: an even turn that begins at 0.
         centred : bool
             Whether deviations are from the tester's own circle.
-        tip_radius, internal
-            As of a profile (mm).
+        tip_radius, internal, plausible
+            As of a profile (mm); `plausible` is of the radius.
 
         Returns
         -------
@@ -58,6 +61,11 @@ class GivenReadings(PartReadings):
             As of a profile; without a radius unless `centred`; for deviations of more than 10 % of the radius
             from peak to valley; for a tip radius without a radius.
 
+        Warns
+        -----
+        UserWarning
+            Where the form, without narrow places such as slots, is higher than 2 % of the radius.
+
         Examples
         --------
         >>> import numpy as np
@@ -68,13 +76,19 @@ class GivenReadings(PartReadings):
         (None, 0.002)
         """
         height = checks.finite_array("deviation", deviation, "mm")
-        reading = nominal_radius(height, radius, centred) + height
+        nominal = nominal_radius(height, radius, centred)
+        if radius is not None and checks.kind("plausible", plausible, bool):
+            refuse_other_length("radius", nominal, quantity_of("reading"))
         if radius is None:
             _refuse_tip(tip_radius)
         places = NOT_GIVEN if angle is None else angle
-        profile = cls(places, reading, tip_radius=tip_radius, internal=internal)  # type: ignore[arg-type]
+        known = plausible and radius is not None
+        own: dict[str, Any] = {"tip_radius": tip_radius, "internal": internal, "plausible": known}
+        profile = cls(places, nominal + height, **own)  # type: ignore[arg-type]
         if radius is None:
             profile._note(steps=(*profile._origin.steps, UNKNOWN_RADIUS), radius_known=False)
+        elif known:
+            warn_of_form(profile.reading - profile.circle.reading(profile.angle), nominal)
         return profile
 
     @classmethod
@@ -160,7 +174,9 @@ class GivenReadings(PartReadings):
         """The profile of what was read, with its origin."""
         if not found.radius_known:
             _refuse_tip(tip_radius)
-        profile = cls(found.angle, found.reading, tip_radius=tip_radius, internal=internal)
+        profile = cls(
+            found.angle, found.reading, tip_radius=tip_radius, internal=internal, plausible=False
+        )  # as far as it was asked for, it is: `samples`
         profile._note(source=found.source.to_json())
         if not found.radius_known:
             profile._note(steps=(*profile._origin.steps, UNKNOWN_RADIUS), radius_known=False)

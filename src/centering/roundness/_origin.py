@@ -32,6 +32,8 @@ class Origin:
 
     `hidden`: why the noise cannot be known from the readings, looked at before a filter; "": it can.
 
+    `stuck`: sentence on equal readings in a row, looked for before a filter; "": there are none.
+
     `disagreement`: sentence on steps of a separation that do not agree; empty where they do.
 
     `noise_given`: whether `noise_sd` was given by the user.
@@ -56,6 +58,7 @@ class Origin:
     noise_given: bool = False
     suspects: int = -1
     hidden: str | None = None
+    stuck: str | None = None
     disagreement: str = ""
     source: str = dataclasses.field(default="", compare=False)
 
@@ -112,8 +115,8 @@ def runout_sentence(runout: RollerError) -> str:
 
 
 def remarks_on(origin: Origin) -> tuple[str, ...]:
-    """Sentences on steps that do not agree and on readings that look like asperities; mostly none."""
-    return (*filter(None, (origin.disagreement,)), *_suspect_sentence(origin))
+    """Sentences on steps that do not agree, and on readings as of asperities or of a stuck probe."""
+    return (*filter(None, (origin.disagreement, origin.stuck)), *_suspect_sentence(origin))
 
 
 def _suspect_sentence(origin: Origin) -> tuple[str, ...]:

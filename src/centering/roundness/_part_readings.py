@@ -21,7 +21,11 @@ from centering.roundness._turn import NOT_GIVEN, placed, refuse_deviations, with
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.plausible import refuse_other_length
 from sdpgrind.base.columns.source import Source
+from sdpgrind.base.columns.table import Meant, quantity_of
+
+TIP = Meant("mm", 1e-3, 50.0)  # chosen: from a stylus to the roller of a follower
 
 _STEPS = 2  # derived: of the samples; a window below holds no more than its ends
 
@@ -35,17 +39,22 @@ class PartReadings(ByValue):
     _: dataclasses.KW_ONLY
     tip_radius: float = 0.0
     internal: bool = False
+    plausible: dataclasses.InitVar[bool] = True
     circle: CircleEstimate = dataclasses.field(init=False)
     _origin: Origin = dataclasses.field(default=MEASURED, init=False)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, plausible: bool) -> None:
         angle, reading = readings(*placed(self.angle, self.reading))
         refuse_deviations(reading)
+        tip = checks.nonnegative("tip_radius", self.tip_radius, "mm")
+        if checks.kind("plausible", plausible, bool):
+            refuse_other_length("reading", float(np.median(reading)), quantity_of("reading"))
+            refuse_other_length("tip_radius", tip, TIP)
         turn = without_closing(unwrapped_turns(angle), reading)
         object.__setattr__(self, "angle", lasting(turn.angle))
         object.__setattr__(self, "reading", lasting(turn.reading))
         self._note(steps=turn.told)
-        object.__setattr__(self, "tip_radius", checks.nonnegative("tip_radius", self.tip_radius, "mm"))
+        object.__setattr__(self, "tip_radius", tip)
         checks.kind("internal", self.internal, bool)
         object.__setattr__(self, "circle", circle_of(self.angle, self.reading, self._tip))
 

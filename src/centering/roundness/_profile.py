@@ -47,6 +47,9 @@ class Profile(FormerNames, SteppedReadings, Plan):
     internal : bool
         Whether a bore is read, from within. Readings count away from the axis as well; peaks are at
         narrow places, where the material stands out, valleys at wide ones (ISO 12181-1).
+    plausible : bool
+        Whether readings and tip radius are held against what a gauge can mean: 1 ... 3000 mm and
+        0.001 ... 50 mm.
 
     Attributes
     ----------
@@ -57,10 +60,11 @@ class Profile(FormerNames, SteppedReadings, Plan):
     Raises
     ------
     ValueError, TypeError
-        For unequal lengths, values that are not finite, readings <= 0, readings of both signs, which are
-        deviations, fewer than 4 different angles, angles that suggest degrees, a tip radius < 0 or too large
-        for the bore; for a last reading at the place of the first that differs from it by more than 10
-        standard deviations of a reading; when the readings determine no circle about the spindle axis.
+        For unequal lengths, values that are not finite, readings <= 0 or implausible, readings of both signs,
+        which are deviations, fewer than 4 different angles, angles that suggest degrees, a tip radius < 0,
+        implausible or too large for the bore; for a last reading at the place of the first that differs
+        from it by more than 10 standard deviations of a reading; when the readings determine no circle about
+        the spindle axis.
 
     Examples
     --------
@@ -152,7 +156,9 @@ class Profile(FormerNames, SteppedReadings, Plan):
         """
         found = steps_of.roundness(self, kind)
         return found.replace(
-            origin=dataclasses.replace(found.origin, suspects=self._suspects, hidden=self._hidden)
+            origin=dataclasses.replace(
+                found.origin, suspects=self._suspects, hidden=self._hidden, stuck=self._stuck
+            )
         )
 
     def compare(

@@ -15,6 +15,7 @@ from centering.roundness._gone_round import (
     refuse_unnamed_angle,
     warn_of_sections,
 )
+from centering.roundness._part_readings import TIP
 from centering.roundness._sampling import even_turn
 from centering.roundness._turn import UNKNOWN_RADIUS, assumed_radius, refuse_rough
 from sdpgrind.base import checks
@@ -24,7 +25,7 @@ from sdpgrind.base.columns.read import Recorded, opened, read
 from sdpgrind.base.columns.request import Bound, bound, request_of
 from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.source import ColumnNote, Source
-from sdpgrind.base.columns.table import Meant, quantity_of
+from sdpgrind.base.columns.table import quantity_of
 from sdpgrind.base.columns.taken import Rules
 from sdpgrind.base.units import m
 
@@ -32,7 +33,6 @@ _ARC_LENGTH = ".x3p"
 _LEAST = 4  # derived: readings of a section that determine its circle, as of a profile
 _APART = 0.5  # chosen: of the distance of two sections; readings of one that scatter farther are a helix
 _OTHER_ANGLE = "angle in another unit, or factor 2?"
-_TIP = Meant("mm", 1e-3, 50.0)  # chosen: from a stylus to the roller of a follower
 
 
 class ReadSection(NamedTuple):
@@ -128,7 +128,7 @@ def samples(
     tip = checks.nonnegative("tip_radius", tip_radius, "mm")
     if plausible:
         refuse_other_length("radius", nominal or 0.0, quantity_of("reading"))
-        refuse_other_length("tip_radius", tip, _TIP)
+        refuse_other_length("tip_radius", tip, TIP)
     if isinstance(data, str | os.PathLike) and Path(data).suffix.lower() == _ARC_LENGTH:
         if height is not None or section is not None:
             raise ValueError(

@@ -16,7 +16,7 @@ from centering.roundness._roller_start import REACH, SEEN, SeparationState, star
 from centering.roundness._roller_task import SeparationTask, refuse_integer
 from sdpgrind.base.checks import Floats
 
-_STEPS = 20  # chosen: Gauss-Newton steps, at most
+_STEPS = 50  # chosen: Gauss-Newton steps, at most; 250 random scans took 2 to 13
 _STILL = 1e-9  # chosen: relative move of circle and ratio that ends them
 _PIECES = 4  # chosen: pieces of a turn in which the roller's phase is compared
 _KEPT = 0.01  # chosen: least share of a phase's variance left by the fit to show slip
@@ -69,6 +69,11 @@ def separate(task: SeparationTask) -> RollerFit:
         before, state = state, _moved(task, state, fit, nominal, refine)
         if _still(before, state):
             break
+    else:
+        raise ValueError(
+            f"angle must tell circle and ratio; after {_STEPS} steps the ratio still goes from"
+            f" {before.ratio:.9g} to {state.ratio:.9g}: read more turns"
+        )
     _refuse_edge(state.ratio, nominal, task.origin)
     refuse_integer(state.ratio, f", found near {nominal:.6g}{task.origin}", task.near_integer)
     return _separation(task, state, fit, part_angle, basis, further)

@@ -1,9 +1,15 @@
 """Sentences on RONt and its limit: measured value, value that the decision is of, interval, decision."""
 
-from centering.roundness._roundness_interval import CALIBRATED, RoundnessInterval, decided
+from centering.roundness._circle_noise import is_mostly_noise
+from centering.roundness._circle_protocol import Circle
+from centering.roundness._roundness_interval import (
+    ACCEPTED,
+    CALIBRATED,
+    NOT_DECIDED,
+    RoundnessInterval,
+    decided,
+)
 from sdpgrind.base.units import UM
-
-NOT_DECIDED = "not decided"
 
 
 def told_ront(kind: str, measured: float, ends: RoundnessInterval | None) -> str:
@@ -23,11 +29,19 @@ def ront_decision(ends: RoundnessInterval, limit: float, disagreement: str) -> s
     return NOT_DECIDED if disagreement else decided(ends, limit)
 
 
-def ront_verdict(told: str, ends: RoundnessInterval | None, limit: float, why: str, disagreement: str) -> str:
-    """Sentence on a limit (mm) of RONt; `why` there is no interval, and so no decision."""
-    reason = "the steps do not agree" if disagreement else why
-    found = decided(ends, limit) if ends is not None and not disagreement else f"{NOT_DECIDED}, {reason}"
-    return f"{told}; limit {UM * limit:.4g} µm: {found}"
+def ront_verdict(circle: Circle, ends: RoundnessInterval | None, limit: float) -> str:
+    """Sentence on a limit (mm) of RONt; where the measured value is no guide, on what the decision stands."""
+    told = f"{told_ront(circle.kind, circle.ron_t, ends)}; limit {UM * limit:.4g} µm"
+    if circle.origin.disagreement:
+        return f"{told}: {NOT_DECIDED}, the steps do not agree"
+    if ends is None:
+        return f"{told}: {NOT_DECIDED}, {circle.why_no_interval}"
+    found = decided(ends, limit)
+    if found == NOT_DECIDED and is_mostly_noise(circle, ends):
+        return f"{told}: {found}, most of the measured value is noise"
+    if found == ACCEPTED and circle.ron_t > limit:
+        return f"{told}: {found} after the correction for noise, as measured it is above the limit"
+    return f"{told}: {found}"
 
 
 def without_interval(value: float, limit: float) -> str:

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from centering.roundness._budget import Budget, budget_of
-from centering.roundness._circle_noise import NORMS, interval_of, methods_of
+from centering.roundness._circle_noise import NORMS, interval_of, is_mostly_noise, methods_of
 from centering.roundness._deviations_about import DeviationsAbout
 from centering.roundness._form_change import FormChange
 from centering.roundness._former_names import FormerSpread
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._instrument import Instrument
 from centering.roundness._origin import remarks_on
-from centering.roundness._ront_verdict import ront_decision, ront_verdict, told_ront
+from centering.roundness._ront_verdict import ront_decision, ront_verdict
 from centering.roundness._roundness_interval import RoundnessInterval, limit_in_mm, remark_on
 from sdpgrind.base import checks, units
 from sdpgrind.base.by_name import called
@@ -81,7 +81,8 @@ class Roundness(FormerSpread, DeviationsAbout):
         The calibrated interval draws noise about the harmonics that stand out of it; in simulations
         of 13 forms it held the truth in 90 to 100 of 100 copies at a confidence of 0.95, for which its
         factors were found. The guaranteed one assumes nothing of the form and is twice as wide; it is
-        taken also where noise alone would lift RONt above what was measured, as in turns of two parts.
+        taken also where more than half of RONt is lift by noise, as in angles in a wrong order or turns of
+        two parts, or where the other reaches 0: its factors were not found for such.
 
         Parameters
         ----------
@@ -161,7 +162,8 @@ class Roundness(FormerSpread, DeviationsAbout):
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences that a reader of RONt (mm) needs, as where it is above its own interval; mostly none."""
-        above = () if self._usual is None else remark_on(self.ron_t, self._usual)
+        ends = self._usual
+        above = () if ends is None else remark_on(self.ron_t, ends, noisy=is_mostly_noise(self, ends))
         return (*above, *remarks_on(self.origin))
 
     def conforms(self, limit: float) -> str:
@@ -176,7 +178,8 @@ class Roundness(FormerSpread, DeviationsAbout):
         -------
         str
             "accepted" where the whole interval is within the limit, "rejected" where it is above, else "not
-            decided"; that also where the steps of a separation do not agree.
+            decided"; that also where the steps of a separation do not agree. The interval is of the form
+            without noise: a measured RONt above the limit may be accepted, which `verdict` says.
         """
         return ront_decision(self.interval(), limit_in_mm("limit", limit), self.origin.disagreement)
 
@@ -206,8 +209,7 @@ class Roundness(FormerSpread, DeviationsAbout):
         'limit 2.3 µm: accepted'
         """
         most = limit_in_mm("limit", limit)
-        told = told_ront(self.kind, self.ron_t, self._usual)
-        return ront_verdict(told, self._usual, most, self.why_no_interval, self.origin.disagreement)
+        return ront_verdict(self, self._usual, most)
 
     def budget(self, instrument: Instrument, *, height: float | None = None) -> Budget:
         """Return the uncertainty budget of RONt by noise, form and tester.

@@ -7,7 +7,8 @@ from sdpgrind.base.quantities import Described, another_unit, custom, described,
 from sdpgrind.base.results import Result
 from sdpgrind.base.units import UM
 
-CALIBRATED, WORST = "calibrated", "worst case of the spindle"
+CALIBRATED, GUARANTEED, WORST = "calibrated", "guaranteed", "worst case of the spindle"
+ACCEPTED, REJECTED, NOT_DECIDED = "accepted", "rejected", "not decided"
 _SHOWN = 1e-3  # chosen: least width over the value that adds digits; an interval without width has five
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 
@@ -61,12 +62,19 @@ class RoundnessInterval(Described, Result):
         return max(0, 2 - ceil(log10(max(width, _SHOWN * 1e3 * self.high, 1e-6))))
 
 
-def remark_on(measured: float, ends: RoundnessInterval) -> tuple[str, ...]:
-    """Sentence on a measured RONt (mm) above its own interval; it is never below it.
+def remark_on(measured: float, ends: RoundnessInterval, *, noisy: bool = False) -> tuple[str, ...]:
+    """Sentence on a measured RONt (mm) that is `noisy`, mostly noise, or above its own interval.
+
+    It is never below it.
 
     Of noise e and -e one at least raises RONt, a convex function of the form: the lower end, V less the
     97.5 % quantile of the lift, is below the measured V.
     """
+    if noisy:
+        return (
+            f"most of the measured RONt of {UM * measured:.4g} µm is noise: no correction for noise is known"
+            " there, and the interval is the guaranteed one",
+        )
     if measured <= ends.high:
         return ()
     return (
@@ -85,4 +93,4 @@ def limit_in_mm(name: str, given: float) -> float:
 
 def decided(ends: RoundnessInterval, limit: float) -> str:
     """Decision on a limit (mm) by an interval (ISO 14253-1)."""
-    return "accepted" if ends.high <= limit else "rejected" if ends.low > limit else "not decided"
+    return ACCEPTED if ends.high <= limit else REJECTED if ends.low > limit else NOT_DECIDED

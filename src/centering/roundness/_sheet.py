@@ -83,7 +83,7 @@ def _blocks(circle: Roundness, sheet: _Sheet) -> Iterator[Block]:
     yield Heading("How it was measured")
     yield _circle_table(circle)
     yield Sentences([circle.certificate, *_corrections(circle)])
-    yield from _undulations(sheet)
+    yield from _undulations(sheet, " after the filter" if circle.filter else "")
     if sheet.budget is not None:
         yield from _budget_blocks(sheet.budget)
     yield Heading("Origin")
@@ -209,7 +209,7 @@ def _harmonics(circle: Roundness, limits: Mapping[Any, float]) -> Harmonics | No
     )
 
 
-def _undulations(sheet: _Sheet) -> Iterator[Block]:
+def _undulations(sheet: _Sheet, after: str) -> Iterator[Block]:
     """The largest undulations that the filter leaves; pictures of both sides of it."""
     if sheet.after is None and sheet.before is None:
         return
@@ -217,13 +217,13 @@ def _undulations(sheet: _Sheet) -> Iterator[Block]:
     if sheet.after is not None:
         largest = above_noise(sheet.after, _LARGEST)
         yield AmountTable(
-            "Largest amplitudes above the noise (half of the height from valley to peak)",
+            f"Largest amplitudes{after}, above the noise (half of the height from valley to peak)",
             [
                 Amounts.of("upr", [int(upr) for upr, _ in largest], heading="undulations per revolution"),
                 Amounts.of("amplitude", [size for _, size in largest], "mm"),
             ],
         )
-        yield Picture("Amplitudes; grey: what noise alone exceeds in one of 20", sheet.after.plot)
+        yield Picture(f"Amplitudes{after}; grey: what noise alone exceeds in one of 20", sheet.after.plot)
     if sheet.before is not None:
         yield Picture("Amplitudes before the filter; red: their limits", sheet.before.plot)
 

@@ -22,6 +22,7 @@ from centering.roundness._roller_task import task_of
 from centering.roundness._samples import Samples
 from centering.roundness._sampling import is_even
 from centering.roundness._spindle_error import SpindleError
+from centering.roundness._stuck import stuck
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
@@ -251,8 +252,8 @@ class SteppedReadings(GivenReadings):
     def filter(
         self,
         kind: str = "gaussian",
-        *,
         upr: float | tuple[float | None, float | None] | str = 50,
+        *,
         tension: float = 0.0,
     ) -> Self:
         """Filter the form, closed: low pass, high pass or band (ISO 16610-21, -22, -31; ISO 12181-2).
@@ -317,7 +318,7 @@ class SteppedReadings(GivenReadings):
         even = self._evened
         made = steps_of.filtered(self, asked) if even is None else steps_of.filtered_evenly(self, asked, even)
         profile = self._made(made)
-        profile._note(suspects=self._suspects, hidden=self._hidden)
+        profile._note(suspects=self._suspects, hidden=self._hidden, stuck=self._stuck)
         return profile
 
     @cached_property
@@ -332,6 +333,12 @@ class SteppedReadings(GivenReadings):
         """Reason why the noise cannot be known from the readings; "": it can."""
         known = self._origin.hidden
         return (known or "") if known is not None or self._origin.sd else hidden_noise(self)
+
+    @cached_property
+    def _stuck(self) -> str:
+        """Sentence on equal readings in a row, as of a probe that stood still; "": there are none."""
+        known = self._origin.stuck
+        return (known or "") if known is not None or self._origin.sd else stuck(self.angle, self.reading)
 
     @cached_property
     def _suspects(self) -> int:

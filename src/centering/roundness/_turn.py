@@ -9,6 +9,7 @@ from centering.roundness._sampling import even_turn
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.units import UM
+from sdpgrind.base.warned import warn
 
 NOT_GIVEN: Floats = np.empty(0)
 """Default of angles, and of readings; told apart by identity."""
@@ -17,6 +18,7 @@ _CLOSING = 0.25  # chosen: steps; a last angle so near to the first, a turn on, 
 _DRIFT = 10.0  # chosen: sd of a reading; of two readings of one place none in 10^11 pairs is farther apart
 _SECOND = np.sqrt(6)  # derived: sd of second differences over that of a reading: root of 1 + 4 + 1
 _ROUGH = 0.1  # chosen: height of deviations over the radius from which a unit was mistaken
+_FORM, _TENTHS = 0.02, (0.1, 0.9)  # chosen: no ring that is measured is so far from round; quantiles
 UNKNOWN_RADIUS = "deviations are from the tester's own circle, of a radius that is not known"
 _FLAT = 1e6  # chosen: assumed radius over the largest deviation; 1000 shifts RONt (MZC) by 3e-6 um
 
@@ -107,4 +109,14 @@ def refuse_rough(height: float, radius: float) -> None:
         raise ValueError(
             f"deviation must be at most {100 * _ROUGH:g} % of the radius from peak to valley,"
             f" {_ROUGH * radius:.6g} mm; got {height:.6g} mm: units.um(...) for micrometres?"
+        )
+
+
+def warn_of_form(left: Floats, radius: float) -> None:
+    """Warn of residuals of a circle, mm, that are those of no ring, slots left out."""
+    form = float(np.subtract(*np.quantile(left, _TENTHS[::-1])))
+    if form > _FORM * radius:
+        warn(
+            f"deviation is {form:.3g} mm from valley to peak without the offset, {100 * form / radius:.2g} %"
+            " of the radius: units.um(...) for micrometres?"
         )

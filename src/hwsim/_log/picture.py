@@ -11,6 +11,7 @@ import numpy as np
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.means import half_interval
+from sdpgrind.base.sheets.amounts import scale_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,8 +29,6 @@ _PICTURES = {
 _MOST_LETTERS = 36  # in all names of controllers; chosen: more overlap
 _LINE = 48  # letters in a line below a panel; chosen: more exceed its width
 _TITLE = 40  # letters in a line above a panel; chosen: more exceed its width
-_SMALL = 0.02  # mm, s; chosen: tick labels of smaller values have too many zeros
-_FINER = {"mm": "µm", "s": "ms"}
 _MOST_PARTS = 50  # chosen: more lines cannot be told apart
 
 
@@ -51,12 +50,10 @@ def label(variable: Any, name: str, more: str = "") -> str:
 
 
 def _legible(variable: Any) -> Any:
-    """Small lengths in µm and short times in ms; others unchanged."""
-    largest = float(np.nanmax(np.abs(variable.values), initial=0.0))
-    finer = _FINER.get(variable.attrs.get("units", ""))
-    if finer is None or not 0 < largest < _SMALL:
-        return variable
-    return (1e3 * variable).assign_attrs(variable.attrs | {"units": finer})
+    """Small lengths in µm, rates in µm/s and short times in ms, as in tables of a page; others unchanged."""
+    largest, unit = float(np.nanmax(np.abs(variable.values), initial=0.0)), variable.attrs.get("units", "")
+    factor, shown = scale_of(unit, largest)
+    return variable if shown == unit else (factor * variable).assign_attrs(variable.attrs | {"units": shown})
 
 
 def compared(log: PartLog) -> "Figure":
@@ -127,10 +124,11 @@ def _all_measured(log: PartLog) -> "Figure":
     names = [n for n, v in drawn.items() if v.dtype.kind in "fiub" and np.isfinite(v.values).any()]
     figure, axes = _panels(len(names), columns=1)
     for axis, name in zip(axes, names, strict=True):
+        shown = _legible(table[name])
         for part in range(min(len(log), _MOST_PARTS)):
-            rows = table.isel(row=np.flatnonzero(table.part.values == part))
-            axis.plot(rows.time, rows[name], ".-", lw=0.8, ms=3, alpha=0.7)
-        axis.set_ylabel(label(table[name], name))
+            rows = shown.isel(row=np.flatnonzero(table.part.values == part))
+            axis.plot(rows.time, rows, ".-", lw=0.8, ms=3, alpha=0.7)
+        axis.set_ylabel(label(shown, name))
     axes[-1].set_xlabel(label(table.time, "time"))
     return figure
 

@@ -2,7 +2,7 @@
 
 A plant's module has ``CHARGED``, names of outcomes, the first being what parts are ranked by; ``planned(log,
 plan)``, an interval or a value of each part by name; and ``reasons(log, plan)``, sentences by name. It may
-have ``events(log)``, sentences on what was done between parts.
+have ``events(log)``, sentences on what was done between parts, and ``MEANINGS``, words for outcomes by name.
 """
 
 from collections.abc import Callable, Mapping
@@ -83,6 +83,12 @@ def events_of(log: Any) -> list[str]:
     """Return sentences on what was done between the parts of a log."""
     told = getattr(_module_of(log), "events", None)
     return list(told(log)) if told else []
+
+
+def meanings_of(log: Any) -> list[str]:
+    """Return sentences on outcomes whose names and units do not say what they are."""
+    told = getattr(_module_of(log), "MEANINGS", {})
+    return [f"{name.replace('_', ' ')}: {words}" for name, words in told.items() if name in log.outcome]
 
 
 def _module_of(log: Any) -> Any:

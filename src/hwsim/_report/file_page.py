@@ -41,7 +41,7 @@ def each_part(log: Any, shown: int) -> list[Amounts]:
     edges = np.searchsorted(table.part.values, np.arange(shown + 1))
     for name in _numbers(table):
         ends = [_ends(table[name].values[a:b]) for a, b in pairwise(edges)]
-        unit, words = str(table[name].attrs.get("units", "")), str(name).replace("_", " ")
+        unit, words = str(table[name].attrs.get("units", "")), _words(name, table[name])
         columns += [
             Amounts.of(str(name), column, unit, f"{words}, {end}")
             for end, column in zip(("least", "greatest"), zip(*ends, strict=True), strict=True)
@@ -58,9 +58,13 @@ def _range(name: Any, variable: Any) -> Amounts:
     known: Floats = variable.values[np.isfinite(variable.values)]
     least, greatest = _ends(known)
     middle = float(np.median(known)) if known.size else math.nan
-    return Amounts.of(
-        str(name), [int(known.size), least, middle, greatest], str(variable.attrs.get("units", ""))
-    )
+    values, unit = [int(known.size), least, middle, greatest], str(variable.attrs.get("units", ""))
+    return Amounts.of(str(name), values, unit, _words(name, variable))
+
+
+def _words(name: Any, variable: Any) -> str:
+    """Words of a column: of a command without saying so twice."""
+    return str(variable.attrs.get("long_name", name)).replace("_", " ")
 
 
 def _ends(values: Floats) -> tuple[float, float]:

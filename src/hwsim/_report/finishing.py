@@ -34,6 +34,11 @@ def reasons(log: Any, plan: Any) -> dict[str, str]:
     length = float(attrs["path_length"])
     away = float(np.nanmax(outcome.path_deviation.values))
     return {
-        "time": f"the controller held the motion back for {wait:.3g} s a part, until the tool pressed",
-        "feed": f"the contact moved {travelled:.4g} mm, up to {away:.2g} mm off a path of {length:.4g} mm",
+        "time": (
+            f"the controller held the motion back for {wait:.3g} s a part on average, until the tool pressed"
+        ),
+        "feed": (
+            f"the contact moved {travelled:.4g} mm on average, up to {away:.2g} mm off a path of "
+            f"{length:.4g} mm"
+        ),
     }

@@ -5,15 +5,24 @@ from typing import Any
 
 import numpy as np
 
+from hwsim._report.worst import finished, mean_and_worst
 from sdpgrind.base.brief import listed
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.sheets.amounts import Interval
 from sdpgrind.base.units import UM
 
 CHARGED = ("time", "slack", "removal_rate", "convergence_time", "burned")
 _MOST = 5  # chosen: numbers of parts that fit a line
 
 
-def planned(log: Any, plan: Any) -> dict[str, Floats]:
+def planned(log: Any, plan: Any) -> dict[str, Interval | Floats]:
+    """Return what `best_point` gives, and the margin (W) of the controller, the slack that it plans."""
+    margin = _margin(log)
+    kept = {} if margin is None else {"slack": Interval(margin, 0.0)}
+    return {**best_point(log, plan), **kept}
+
+
+def best_point(log: Any, plan: Any) -> dict[str, Floats]:
     """Return time (s) and removal rate (mm^3/s) at the best point of each part's true wheel."""
     best = _best(log)
     if best is None:
@@ -25,6 +34,12 @@ def planned(log: Any, plan: Any) -> dict[str, Floats]:
         across = np.pi * wheel.work_diameter * wheel.width
         found["removal_rate"] = across * best
     return found
+
+
+def _margin(log: Any) -> float | None:
+    """Margin of the controller to the burn limit, W; None: there is none, or the log does not hold it."""
+    margin = getattr((log.made_of or {}).get("controller"), "margin", None)
+    return float(margin) if isinstance(margin, int | float) else None
 
 
 def _best(log: Any) -> Any:
@@ -59,6 +74,14 @@ def reasons(log: Any, plan: Any) -> dict[str, str]:
     true = float(np.nanmean(outcome.true_infeed_rate.values))
     best = float(np.nanmean(outcome.best_infeed_rate.values))
     rates = f"mean infeed rate {UM * true:.3g} µm/s, best {UM * best:.3g} µm/s"
-    slack = float(outcome.slack.values.mean())
-    text = f"{slow}, and keeps at least {slack:.2g} W to burning: {rates}"
-    return {"time": text, "removal_rate": text}
+    told_apart = _margin(log) is not None  # as a figure of its own
+    text = f"{slow}: {rates}" if told_apart else f"{slow}: {rates}; {_kept(log)}"
+    return {"time": text, "removal_rate": text, "slack": _kept(log)}
+
+
+def _kept(log: Any) -> str:
+    """Least slack of the parts, and the margin that was planned, in words."""
+    slack = np.where(finished(log.outcome), log.outcome.slack.values, np.nan)
+    margin = _margin(log)
+    of = "" if margin is None else f", where {margin:.3g} W were planned"
+    return f"the least distance to burning was {mean_and_worst('slack', slack, 'W')}{of}"

@@ -14,6 +14,7 @@ from hwsim._report.charged import (
     events_of,
     least_of,
     likeness,
+    meanings_of,
     ranked_by,
     values_of,
     worst_parts,
@@ -122,6 +123,8 @@ def _of_run(log: Any, plan: Any, *, burns: bool) -> Iterator[Block]:
     if plan is not None and callable(getattr(plan, "plot", None)):
         yield Picture("The plan", plan.plot)
     yield from every_part(log, outcomes)
+    if told := meanings_of(log):
+        yield Sentences(told)
 
 
 def _verdict(log: Any, charges: Charges, burns: bool) -> Iterator[str]:
@@ -148,6 +151,8 @@ def _count(log: Any, name: str, burns: bool) -> str:
     bad = int(np.sum(log.outcome[name].values > 0))
     known = log.outcome.attrs.get("burn_threshold") if name == "burned" else None
     told = f" (burn threshold {known})" if known else ""
+    if name == "overground" and "overground_worst" in log.outcome:  # a bead that is not level
+        told = f" (on average over the bead: {int(np.sum(log.outcome.height.values < 0)) or 'none'})"
     return (f"{bad} of {len(log)}" if bad else "none") + told
 
 

@@ -4,11 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from hwsim._report.worst import finished
+from hwsim._report.worst import finished, mean_and_worst
 from sdpgrind.base.sheets.amounts import Interval
 from sdpgrind.base.units import UM
 
 CHARGED = ("time", "part_slack", "roundness", "burned", "out_of_round")
+MEANINGS = {
+    "reserve": "logarithm of the temperature of damage over the greatest that the finished surface saw; below"
+    " 0 it is burned",
+    "severity": "that greatest temperature over the one of damage; above 1 the finished surface is burned",
+    "severity_reading": "severity as the inspection reads it",
+}
 
 
 def planned(log: Any, plan: Any) -> dict[str, Interval]:
@@ -22,9 +28,10 @@ def planned(log: Any, plan: Any) -> dict[str, Interval]:
 def reasons(log: Any, plan: Any) -> dict[str, str]:
     """Return reasons for differences, by outcome."""
     outcome = log.outcome
-    slack = float(np.nanmean(outcome.part_slack.values[finished(outcome)]))
-    margin = UM * plan.safety_margin
-    kept = f"the controller kept {UM * slack:.2g} µm between damage and size, the plan {margin:.2g}"
+    slack = np.where(finished(outcome), UM * outcome.part_slack.values, np.nan)
+    least = mean_and_worst("part_slack", slack, "µm")
+    margin = f"{UM * plan.safety_margin:.2g} µm were planned"
+    kept = f"the least distance between damage and size was {least}, where {margin}"
     time = outcome.time.values
     found = f"{kept}, and reads size and power with noise"
     learns = (log.made_of or {}).get("adapt") is not None
@@ -38,7 +45,7 @@ def _last_rate(log: Any, plan: Any) -> str:
     rates = table.infeed_rate_planned.values
     last = [rates[rows][np.isfinite(rates[rows])][-1:] for rows in _rows(table.part.values)]
     found, wanted = float(np.mean(np.concatenate(last))), float(plan.trajectory.infeed_rate[-1])
-    rates = f"{UM * found:.3g} µm/s by the controller, {UM * wanted:.3g} µm/s by the plan"
+    rates = f"{UM * found:.3g} µm/s on average by the controller, {UM * wanted:.3g} µm/s by the plan"
     return f"the infeed rate at the end was {rates}"
 
 

@@ -28,7 +28,11 @@ _PACKAGES = {
 
 
 _MEASURED = {
+    "centering.cylinder": "a sheet of a measured cylinder",
     "centering.profile": "a measured profile",
+    "centering.roundness": "a sheet of a measured ring",
+    "centering.sections": "a page of measured sections",
+    "centering.separation": "a page of measured profiles",
     "identify.doubts": "a page of doubts on measured data",
 }
 

@@ -51,7 +51,7 @@ class Promise:
         """Planned mean."""
         if isinstance(self.planned, Interval):
             return self.planned
-        return Interval(float(np.nanmean(self.planned)), 0.0)
+        return Interval(float(np.nanmean(self.planned)), 0.0, sure="expected")
 
     def difference(self, values: Floats) -> Interval:
         """Return mean realised less planned, part by part where each part has its own."""

@@ -60,7 +60,8 @@ def _passes(log: Any) -> str:
     share = 100 * short / (short + float(np.nansum(table.volume_planned.values[rows])))
     fed, feed = (float(np.nanmean(table[n].values[rows])) for n in ("feed_rate_command", "planned_feed"))
     return (
-        f"a pass was asked for {wanted.mean():.3g} mm and took {missing.value:.2g} ± {missing.half:.1g} mm "
-        f"less, as its planner left {share:.2g} % of the volume at the limits of force and power; what a "
-        f"pass leaves, the next makes up for; planned feed {feed:.4g}, realised {fed:.4g} mm/s"
+        f"on average a pass was asked for {wanted.mean():.3g} mm and took {missing.value:.2g} ± "
+        f"{missing.half:.1g} mm less, as its planner left {share:.2g} % of the volume at the limits of "
+        f"force and power; what a pass leaves, the next makes up for; planned feed {feed:.4g}, realised "
+        f"{fed:.4g} mm/s"
     )

@@ -33,6 +33,16 @@ def ranked(name: str, values: Floats, count: int) -> list[int]:
     return [int(k) for k in order[:count] if not np.isnan(known[k])]
 
 
+def mean_and_worst(name: str, values: Floats, unit: str) -> str:
+    """Return the mean of an outcome over the parts, its worst value and the part that has it, in words."""
+    known, number = values[np.isfinite(values)], worst_part(name, values)
+    if not known.size:
+        return "not known"
+    if number is None:
+        return f"{known[0]:.3g} {unit}" + " in every part" * (known.size > 1)
+    return f"{known.mean():.3g} {unit} on average, {values[number]:.3g} {unit} in part {number}, the worst"
+
+
 def badness(name: str, values: Floats) -> Floats:
     """Return a number that is greatest for the worst part; NaN: not known."""
     plain = np.asarray(values, dtype=float)

@@ -12,7 +12,7 @@ _NUMBERED = ("part", "bead")  # labels of axes of part numbers
 
 
 def worst_picture(log: Any, worst: Sequence[int], by: Sequence[str]) -> Picture:
-    """Return the picture of some parts, given worst first, and by what; they are named in the order drawn."""
+    """Return the picture of some parts, given and named worst first, and by what."""
     first = str(log.outcome.attrs.get("plant", "")) in _FIRST_IN_DETAIL
     order = list(worst) if first else list(worst)[::-1]
 
@@ -25,4 +25,4 @@ def worst_picture(log: Any, worst: Sequence[int], by: Sequence[str]) -> Picture:
 
     ranked = ", then ".join(by[:_RANKED])
     told = f"The {len(worst)} worst parts" + (f" (by {ranked})" if ranked else "")
-    return Picture(f"{told}, worst {'first' if first else 'last'}: {', '.join(map(str, order))}", draw)
+    return Picture(f"{told}, worst first: {', '.join(map(str, worst))}", draw)

@@ -1,8 +1,13 @@
 """``hwsim export PLAN PATH``: a saved plan as C99 or an FMU with the same bits, without solving it again."""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from hwsim.command._statuses import say
+from hwsim.command._times import Outlook
+from sdpgrind.base.progress import Progress, Speaker, reported
 
 
 def add_export(subparsers: Any) -> None:
@@ -37,9 +42,36 @@ def add_export(subparsers: Any) -> None:
 
 def work(arguments: argparse.Namespace) -> int:
     """Export a plan and return the exit status."""
+    _check_folder(arguments)
+    outlook = _foretold(arguments)
+    with Speaker(known=(outlook.whole, outlook.compiling)) as line, reported(line) as tell:
+        made = _exported(arguments, tell)
+    name, unit = made.manifest["name"], made.manifest.get("fmi")
+    source = f"{name}.h, {name}.c ({made.size / 1000:.0f} kB), {name}_selftest.c, vectors.bin"
+    held = ", ".join(unit["binaries"] or ["no binary"]) + ", " if unit else ""
+    print(f"{arguments.folder}: {held}{source}")
+    if told := _tables_told(made.manifest):
+        print(told)
+    print(made.promise)
+    return 0
+
+
+def _foretold(arguments: argparse.Namespace) -> Outlook:
+    """Say what will be done and how long it takes."""
+    lost = arguments.lost_max is not None or arguments.precision != "double"
+    outlook = Outlook.alone("export --lost-max" if lost else "export")
+    kind = "an FMU" if arguments.target == "fmi2" else "C99"
+    what = ", with the value that smaller tables lose" * lost
+    if Path(arguments.plan).exists():  # else what is wrong is told alone
+        say(f"{arguments.plan} as {kind}{what}: {outlook.line()} (measured on a weld-bead policy)")
+    return outlook
+
+
+def _exported(arguments: argparse.Namespace, tell: Progress) -> Any:
+    """Load the plan and write its export."""
     import sdpgrind
 
-    _check_folder(arguments)
+    tell(0.0, "loading the plan")
     plan = sdpgrind.load(arguments.plan)
     if not hasattr(plan, "__export__"):
         raise ValueError(
@@ -49,23 +81,34 @@ def work(arguments: argparse.Namespace) -> int:
             " sdpgrind.export(plunge.CycleController(plan.problem), folder)"
         )
     outputs = arguments.outputs
-    made = sdpgrind.export(
-        plan,
-        arguments.folder,
-        arguments.target,
-        precision=arguments.precision,
-        math=arguments.math,
-        lost_max=arguments.lost_max,
-        outputs=outputs if outputs is None else [one.strip() for one in outputs.split(",")],
-        name=arguments.name,
-        overwrite=arguments.overwrite,
+    try:
+        return sdpgrind.export(
+            plan,
+            arguments.folder,
+            arguments.target,
+            precision=arguments.precision,
+            math=arguments.math,
+            lost_max=arguments.lost_max,
+            outputs=outputs if outputs is None else [one.strip() for one in outputs.split(",")],
+            name=arguments.name,
+            overwrite=arguments.overwrite,
+            progress=tell,
+        )
+    except FileExistsError as error:
+        raise FileExistsError(
+            str(error).replace("overwrite must be True", "--overwrite must be given")
+        ) from None
+
+
+def _tables_told(manifest: Mapping[str, Any]) -> str:
+    """Return how the tables are kept, and what that loses; "": as they are."""
+    if "lost" not in manifest:
+        return ""
+    lost, unit = manifest["lost"], manifest["lost"]["unit"]
+    return (
+        f"tables in {manifest['precision']}, which lose at most {lost['all_stages']:.3g} {unit};"
+        f" the plan's own error is {lost['error']:.3g} {unit}"
     )
-    name, unit = made.manifest["name"], made.manifest.get("fmi")
-    source = f"{name}.h, {name}.c ({made.size / 1000:.0f} kB), {name}_selftest.c, vectors.bin"
-    held = ", ".join(unit["binaries"] or ["no binary"]) + ", " if unit else ""
-    print(f"{arguments.folder}: {held}{source}")
-    print(made.promise)
-    return 0
 
 
 def _check_folder(arguments: argparse.Namespace) -> None:

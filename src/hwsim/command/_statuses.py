@@ -6,14 +6,17 @@ import sys
 import tempfile
 import traceback
 from types import FrameType
-from typing import Final, TextIO
+from typing import Any, Final, TextIO
+
+from hwsim.command._in_words import as_text
 
 OK: Final = 0
-FAILED: Final = 1  # chosen: a part was broken off or aborted, or a page was changed
-WRONG_INPUT: Final = 2  # source: argparse
+FAILED: Final = 1  # chosen: a part broken off or aborted, a page changed, a limit not known to be kept
+WRONG_INPUT: Final = 2  # source: argparse; a file that cannot be checked as well
 ENVIRONMENT: Final = 3  # chosen: disk, permission, memory, another run, a damaged file
 OUR_FAULT: Final = 70  # source: EX_SOFTWARE of sysexits.h
 _OF_SIGNALS: Final = 128  # source: a shell adds the number of the signal
+INTERRUPTED: Final = int(_OF_SIGNALS + signal.SIGINT)
 
 
 class Terminated(BaseException):
@@ -51,7 +54,6 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
     from sdpgrind.base.damaged import DamagedFileError
 
     return (
-        (BrokenPipeError, OK),
         (Aborted, FAILED),
         (SecondWriterError, ENVIRONMENT),
         (DamagedFileError, ENVIRONMENT),
@@ -64,7 +66,7 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
         (MemoryError, ENVIRONMENT),
         (ImportError, ENVIRONMENT),
         (ValueError, WRONG_INPUT),
-        (KeyboardInterrupt, _OF_SIGNALS + signal.SIGINT),
+        (KeyboardInterrupt, INTERRUPTED),
         (Terminated, _OF_SIGNALS + signal.SIGTERM),
     )
 
@@ -72,9 +74,6 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
 def ended(error: BaseException) -> int:
     """Say in a line, or one a fault, on standard error what ended a command, and return its exit status."""
     status = next((number for cls, number in _table() if isinstance(error, cls)), OUR_FAULT)
-    if isinstance(error, BrokenPipeError):
-        forget_output()
-        return status
     say(_sentence(error, status))
     return status
 
@@ -99,6 +98,7 @@ def _one_line(error: BaseException) -> str:
     text = "\n- ".join(lines)  # several faults: a line each
     if isinstance(error, OSError) and error.filename is not None:
         text = f"{error.filename}: {error.strerror}"  # without the number of the error
+    text = as_text(text)
     return f"{text} ({notes})" if notes else text
 
 
@@ -124,9 +124,40 @@ def print_to_end(text: str = "") -> None:
         sys.stderr.write(text)
         sys.stderr.flush()
     except BrokenPipeError:
-        forget_output(sys.stderr)
+        _forget_output(sys.stderr)
 
 
-def forget_output(stream: TextIO | None = None) -> None:
-    """Redirect the output, or another stream, to the null device, so that the interpreter does not fail."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
+class UnreadOutput:
+    """A stream that forgets what is written once its reader has closed it, so that the work goes on.
+
+    Parameters
+    ----------
+    stream : file
+        Stream that it stands for: standard output.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text, or forget it."""
+        try:
+            return self._stream.write(text)
+        except BrokenPipeError:
+            _forget_output(self._stream)
+            return len(text)
+
+    def flush(self) -> None:
+        """Write what is kept, or forget it."""
+        try:
+            self._stream.flush()
+        except BrokenPipeError:
+            _forget_output(self._stream)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def _forget_output(stream: TextIO) -> None:
+    """Redirect a stream to the null device, so that the interpreter does not fail."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

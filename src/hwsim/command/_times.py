@@ -36,6 +36,7 @@ class Times(NamedTuple):
 
 
 _CENTERING = "centering/_plant/measure_kernels.py:measure"
+_EXPORT = "sdpgrind/codegen/_files/vector_kernels.py:digest"
 _FINISHING = "sdpgrind/finishing/_plant/kernels.py:finish"
 
 # measured: benchmarks/times.py, on one core of a machine that others used too; the latest ones scaled to a
@@ -45,6 +46,8 @@ TIMES: Mapping[str, Times] = {
     "weldbead --simple": Times(6.0, 0.03, 6.0, 9.0, "sdpgrind/sdp/_policy/look_up_kernels.py:act"),
     "demo": Times(0.0, 0.0, 5.0, 12.0, "sdpgrind/plunge/_plant/part_kernels.py:grind"),
     "roundness": Times(0.0, 0.0, 5.0, 13.0, "centering/roundness/_lsc_kernels.py:algebraic_centre"),
+    "export": Times(0.0, 0.0, 4.0, 8.0, _EXPORT),
+    "export --lost-max": Times(0.0, 0.0, 14.0, 11.0, _EXPORT),
     "plunge": Times(0.3, 0.06, 4.7, 11.0, "sdpgrind/plunge/_plant/part_kernels.py:grind"),
     "locus": Times(0.5, 0.04, 5.0, 30.0, "sdpgrind/locus/_trace/table_kernels.py:look_up"),
     "finishing": Times(1.8, 0.05, 4.3, 17.0, _FINISHING),

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+from hwsim.command._in_words import as_given, as_text, names_another
 from hwsim.command._toml_bounds import refuse_many, text_of
 from sdpgrind.base.quantities import Spec, specs
-from sdpgrind.base.unit_text import quantity
+from sdpgrind.base.unit_text import bare, quantity
 
 Made = TypeVar("Made")
-_HINT = re.compile(r"units\.(\w+)\(\.\.\.\)")  # source: refusals of quantities in another unit
 _SHOWN = 80  # characters of a line in a message; chosen: the message fits a line or two
 
 
@@ -42,6 +42,18 @@ class Table:
                 f"{self.path(key)} is missing" + (f"; is {self.path(close[0])} meant?" if close else "")
             )
         return self.entries[key]
+
+    def need(self, *keys: str, of: type | None = None, skip: Iterable[str] = ()) -> None:
+        """Refuse, at once, all of the keys that are missing; `of`: with the required fields of a class."""
+        wanted = dict.fromkeys(keys) | dict.fromkeys(() if of is None else _required(of, skip))
+        missing = [key for key in wanted if not self.has(key)]
+        if len(missing) < 2:  # one alone: told where it is read
+            return
+        told = f"{', '.join(map(self.path, missing[:-1]))} and {self.path(missing[-1])} are missing"
+        unread = self.entries.keys() - self.known
+        close = {key: difflib.get_close_matches(key, unread, 1) for key in missing}
+        meant = [f"{self.path(near[0])} for {self.path(key)}" for key, near in close.items() if near]
+        raise ValueError(told + (f"; is {', '.join(meant)} meant?" if meant else ""))
 
     def file(self, key: str, folder: Path) -> Path:
         """Path of an existing file, which counts from `folder`."""
@@ -77,10 +89,13 @@ class Table:
         """A table, empty where it is missing."""
         return self.table(key) if self.has(key) else Table(self.path(key), {})
 
-    def table(self, key: str) -> "Table":
+    def table(self, key: str, holds: str | type = "") -> "Table":
+        """A table; `holds`: what it must hold, or the class whose required fields it must have."""
         value = self.take(key)
         if not isinstance(value, dict):
-            raise ValueError(f"{self.path(key)} must be a table; got {value!r}")
+            words = holds if isinstance(holds, str) else ", ".join(_required(holds) or specs(holds))
+            told = f" of {words}" if words else ""
+            raise ValueError(f"{self.path(key)} must be a table{told}; got {value!r}")
         return Table(self.path(key), value)
 
     def made(self, make: Callable[..., Made], *values: Any, **options: Any) -> Made:
@@ -93,11 +108,7 @@ class Table:
 
     def _as_written(self, message: str) -> str:
         """Message with a conversion that a file can hold; with none where the file itself gives the unit."""
-        given = self.entries.get(message.partition(" ")[0])
-        begin, hint, _ = message.partition("; units.")
-        if hint and isinstance(given, str):
-            return f"{begin}; got {given!r}"
-        return _HINT.sub(lambda found: f'"... {found[1].replace("_per_", "/")}"', message)
+        return _in_words(message, self.entries.get(message.partition(" ")[0]))
 
     def one(self, cls: type[Made], *given: Any) -> Made:
         """Object of a described class from this table, after the arguments `given`."""
@@ -110,9 +121,12 @@ class Table:
 
         Arrays and ``custom`` fields are left to the caller.
         """
+        skipped = tuple(skip)
         readable = {
-            name: spec for name, spec in specs(cls).items() if name not in skip and spec.kind in _READ
+            name: spec for name, spec in specs(cls).items() if name not in skipped and spec.kind in _READ
         }
+        if every:
+            self.need(of=cls, skip=skipped)
         return {
             name: _READ[spec.kind](self, name, spec)
             for name, spec in readable.items()
@@ -156,6 +170,16 @@ class Table:
                 raise ValueError(f"{self.path(key)} is not a key; {meant}")
 
 
+def _required(cls: type, skip: Iterable[str] = ()) -> tuple[str, ...]:
+    """Keys that a table of a described class must have, except `skip`."""
+    skipped = tuple(skip)
+    return tuple(
+        name
+        for name, spec in specs(cls).items()
+        if spec.required and spec.kind in _READ and spec.kind != "law" and name not in skipped
+    )
+
+
 # Reader of a field by the kind of its declaration. A pure number may be in percent, in no other unit.
 _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
     "number": lambda table, key, spec: table.number(key, "" if spec.unit in ("1", "relative") else spec.unit),
@@ -163,7 +187,7 @@ _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
     "text": lambda table, key, spec: table.take(key),
     "choice": lambda table, key, spec: table.take(key),
     "flag": lambda table, key, spec: table.flag(key),
-    "part": lambda table, key, spec: table.table(key).one(spec.made_of),
+    "part": lambda table, key, spec: table.table(key, spec.made_of).one(spec.made_of),
     "law": lambda table, key, spec: table.law(key, spec.made_of),
 }
 
@@ -217,11 +241,19 @@ def _misread(told: str, text: str) -> str:
     return f"line {place[2]}, {shown!r}: {what}"
 
 
+def _in_words(message: str, given: Any) -> str:
+    """Message in the words of a file: with the text that was given, or with a unit in place of a call."""
+    if isinstance(given, str) and not bare(given) and names_another(message):
+        return as_given(message, given)
+    return as_text(message)
+
+
 def _with_text(told: str, entries: Any) -> str:
-    """Add the text in the file to the refusal of a number made from it."""
+    """Add the text in the file to the refusal of a number made from it, in the words of a file."""
     named = re.match(r"(?:\[([\w.]+)\] )?([\w.]+) must be ", told)
     if named is None:
-        return told
+        return as_text(told)
     for key in ".".join(filter(None, named.groups())).split("."):
         entries = entries.get(key) if isinstance(entries, dict) else None
+    told = _in_words(told, entries)
     return f"{told}, from {entries!r}" if isinstance(entries, str) and repr(entries) not in told else told

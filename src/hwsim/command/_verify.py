@@ -11,12 +11,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from hwsim.command._statuses import ENVIRONMENT, FAILED, OK, WRONG_INPUT
 from hwsim.command.base import AreaCommand
 
 Parse = Callable[[list[str]], argparse.Namespace]
-UNCHECKED = 2  # exit status of a file that cannot be checked; source: that of wrong input to a command
-DIFFERENT = 1  # exit status of a page that was changed or comes out otherwise; chosen: 2 is wrong input
-DAMAGED = 3  # exit status of a damaged plan, log or journal; chosen: that of a faulty computer
 _SHOWN = "--live"  # switch of a command that changes nothing but what is shown
 _PAGES = {".html", ".htm"}
 
@@ -70,7 +68,7 @@ def _salvaged(files: list[Path], target: Path) -> int:
 
     if len(files) > 1 or not is_journal(files[0]):
         raise ValueError(f"--salvage needs the journal of a run; got {', '.join(map(str, files))}")
-    if (status := _check(files[0])) == DAMAGED:
+    if (status := _check(files[0])) == ENVIRONMENT:
         parts = salvage(files[0], target)
         print(f"{target}: the first {parts} parts of {files[0]}", flush=True)
     else:
@@ -84,7 +82,7 @@ def _checked(file: Path) -> int:
         return _check(file)
     except (OSError, ValueError, sqlite3.Error) as error:
         print(f"{file}: not checked, {error}", flush=True)
-        return UNCHECKED
+        return WRONG_INPUT
 
 
 def _check(file: Path) -> int:
@@ -97,12 +95,12 @@ def _check(file: Path) -> int:
         kind, sealed = _examined(file)
     except DamagedFileError as error:
         print(f"{file}: damaged, {error.wrong}; {error.salvage}", flush=True)
-        return DAMAGED
+        return ENVIRONMENT
     if sealed:
         print(f"{file}: {kind}, as it was written", flush=True)
-        return 0
+        return OK
     print(f"{file}: {kind}, not checked: version 0.1.0 wrote no digest; it can be read", flush=True)
-    return UNCHECKED
+    return WRONG_INPUT
 
 
 def _examined(file: Path) -> tuple[str, bool]:
@@ -128,7 +126,7 @@ def _check_page(page: Path) -> int:
         print(f"{page}: {change}")
     if not found:
         print(f"{page}: as it was written, every number and picture", flush=True)
-    return DIFFERENT if found else 0
+    return FAILED if found else OK
 
 
 def _rerun(data: Mapping[str, Any], folder: Path, areas: Mapping[str, AreaCommand], parse: Parse) -> None:
@@ -206,4 +204,4 @@ def _compared(data: Mapping[str, Any], folder: Path) -> int:
         print(f"{folder}: {difference}")
     if not found:
         print(f"{folder}: equal to the bit ({'; '.join(compared(data))})")
-    return DIFFERENT if found else 0
+    return FAILED if found else OK

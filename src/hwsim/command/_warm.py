@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from hwsim.command._statuses import INTERRUPTED, OK
 from hwsim.command.base import AreaCommand
 from sdpgrind.base.progress import Portions, Progress, Speaker, Told, silent
 
-INTERRUPTED = 130  # exit status; source: 128 + SIGINT of a shell
 _COARSE = "1e-2"  # $, chosen: a plan at full accuracy calls the same kernels, and takes 8 s more
 # measured: kernels that one part compiles after the first use (benchmarks/times.py); shares follow them
 KERNELS = {"weldbead": 48, "plunge": 19, "locus": 1, "finishing": 72, "centering": 128}
@@ -41,7 +41,7 @@ def work(
             file=sys.stderr,
         )
         return INTERRUPTED
-    return 0
+    return OK
 
 
 def _warmed(

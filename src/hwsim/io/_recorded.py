@@ -37,9 +37,10 @@ def _plain(values: Any) -> Any:
 
 def _attributes(name: str, unit: str) -> dict[str, str]:
     spoken = name.removesuffix(COMMAND).replace("_", " ")
+    commanded = name.endswith(COMMAND) and not spoken.startswith("command")
     return {
         "units": "1" if unit in ("", TEXT) else unit,
-        "long_name": f"{spoken} commanded" if name.endswith(COMMAND) else spoken,
+        "long_name": f"{spoken} commanded" if commanded else spoken,
     }
 
 

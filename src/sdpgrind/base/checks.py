@@ -169,6 +169,16 @@ def finite_array(name: str, value: npt.ArrayLike, unit: str = "") -> Floats:
     return array
 
 
+def reals(name: str, value: Any, unit: str = "") -> Floats:
+    """Return `value` as a float array, NaN and infinity included; no texts, no truth values, no None."""
+    array = np.asarray(value)
+    each = array.ravel() if array.dtype.kind == "O" else ()
+    if array.dtype.kind not in "fiuO" or any(type(x) is bool or not isinstance(x, Real) for x in each):
+        rule = with_unit("a number, or an array of them", unit)
+        raise TypeError(f"{name} must be {rule}; got {shown(value)}")
+    return np.asarray(array, dtype=float)
+
+
 def inside(
     name: str,
     value: npt.ArrayLike,

@@ -190,8 +190,8 @@ def _refuse_later(path: str | os.PathLike[str], told: Any) -> None:
 
 
 def _not_ours(path: str | os.PathLike[str], kind: str) -> ValueError:
-    held = kind or "something else"
-    return ValueError(f"path must be a file saved by this library; {str(path)!r} holds {held}")
+    held = kind or "none: a table or a text has no digest"
+    return ValueError(f"path must be a plan, log or record saved by this library; {str(path)!r} holds {held}")
 
 
 def warn_of_old(path: str | os.PathLike[str]) -> None:

@@ -6,11 +6,13 @@ falls or stays; its first reading is correlated with none before.
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 from scipy.special import betainc
 
 from sdpgrind.base.checks import Floats
 
+_FINE = {"xatol": 1e-3}  # chosen: far below the standard error of a correlation
+_TINY = 1e-300  # chosen: keeps the logarithm of an exact zero finite
 MOST = 0.98  # chosen: greatest correlation; a greater one cannot be told from a drift of the model
 
 
@@ -55,6 +57,26 @@ def unbiased(ratio: float, fitted: int, count: float) -> float:
 def _given_back(ratio: float, fitted: int, count: float) -> float:
     """Slow regressors take p (1 + rho)/n off the mean of the ratio, its own spread 2 rho/n."""
     return (count * ratio + fitted) / max(count - fitted - 2, 1.0)
+
+
+def local_correlation(residual: Floats, block: int) -> float:
+    """Most likely correlation of neighbours about a line of its own in each block of so many readings.
+
+    The likelihood is restricted to what lines leave. A slow misfit of the model does not raise it; gaps count
+    as steps.
+    """
+    count = residual.size // block
+    each, apart = residual[: count * block].reshape(count, block), gaps(None, block)
+    lines = np.stack([np.ones(block), np.linspace(-1.0, 1.0, block)])
+
+    def unlikely(rho: float) -> float:
+        basis, scale = np.linalg.qr(filtered(lines, rho, apart).T)
+        white = filtered(each, rho, apart)
+        square = float(np.sum((white - white @ basis @ basis.T) ** 2))
+        spread = np.log(np.abs(np.diag(scale))).sum() - np.log(1 - rho**2) / 2
+        return (block - 2) / 2 * float(np.log(max(square, _TINY))) + float(spread)
+
+    return float(minimize_scalar(unlikely, bounds=(0.0, MOST), method="bounded", options=_FINE).x)
 
 
 def variance(weights: Floats, correlation: float, apart: Floats) -> float:

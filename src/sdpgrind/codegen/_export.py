@@ -2,11 +2,13 @@
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from sdpgrind import __version__
 from sdpgrind.base import checks
+from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting, silent
 from sdpgrind.codegen._exported import Exported
 from sdpgrind.codegen._files.folder import check_free, put_back, write_folder
 from sdpgrind.codegen._files.header import header
@@ -32,6 +34,9 @@ EXPORTED = (
     "centering.Strategy", "identify.RecursiveLeastSquares", "identify.RandomWalk",
 )  # fmt: skip
 """Classes with ``__export__``, by where they stand for a user; the docs say more of each."""
+# measured on a policy of 1601 heights with `lost_max`, shares of the CPU time of the whole
+_OF_TABLES, _OF_FILES = (0.1, 0.7), 0.95
+_TRANSLATED = 0.6  # measured: of the files; from there on vectors
 _INSTEAD = {
     "CyclePlan": "plunge.CycleController(plan.problem)",
     "CycleProblem": "plunge.CycleController(problem)",
@@ -40,6 +45,7 @@ _INSTEAD = {
 """Classes without it -> the controller that is exported in their place."""
 
 
+@reporting
 def export(
     thing: Any,
     path: str | os.PathLike[str],
@@ -51,6 +57,7 @@ def export(
     outputs: Sequence[str] | None = None,
     name: str | None = None,
     overwrite: bool = False,
+    progress: ProgressOption = None,
 ) -> Exported:
     """Write a plan or a controller as C99 that gives the same bits as the library.
 
@@ -90,6 +97,8 @@ def export(
     overwrite : bool
         Whether another export there is replaced. It stays until the new one is complete; what a killed
         process had moved aside, the next export puts back.
+    progress : callable(share, text), True or None
+        True: a line with the time left. Default: a line on standard error when it takes long.
 
     Returns
     -------
@@ -127,8 +136,9 @@ def export(
     >>> print(stages.promise)
     same bits where the C library computes pow as that of this computer; the self-test tells
     """
+    assert callable(progress)  # made by the decorator
     checks.one_of("target", target, TARGETS)
-    asked = TablesAsked.of(precision, lost_max, outputs)
+    asked = replace(TablesAsked.of(precision, lost_max, outputs), tell=portion(progress, *_OF_TABLES))
     folder = None if math == "libm" else math_folder(checks.path("math", math))
     recipe, place = recipe_of(thing, asked), checks.path("path", path)
     unit = target == "fmi2"
@@ -137,7 +147,8 @@ def export(
     put_back(place)
     (archive.check_free if unit else check_free)(place, overwrite)
     prefix = c_name("name", name if name is not None else place.stem if unit else place.name)
-    files = files_of(recipe, prefix, folder)
+    files = files_of(recipe, prefix, folder, portion(progress, _OF_TABLES[1], _OF_FILES))
+    progress(_OF_FILES, "files")
     if unit:
         archive.write_archive(place, unit_files(recipe, prefix, __version__, files), overwrite)
     else:
@@ -164,8 +175,9 @@ def recipe_of(thing: Any, asked: TablesAsked) -> Recipe:
     return recipe
 
 
-def files_of(recipe: Recipe, name: str, folder: Path | None) -> dict[str, bytes]:
+def files_of(recipe: Recipe, name: str, folder: Path | None, tell: Progress = silent) -> dict[str, bytes]:
     """Return name and content of all files; `folder`: that of elementary functions, None: the C library's."""
+    tell(0.0, "kernels as C")
     source = source_of(recipe, name, __version__, outside(name) if folder else "")
     files = {
         f"{name}.h": header(recipe, name, __version__, promise(recipe, source), source.digest).encode(),
@@ -173,6 +185,7 @@ def files_of(recipe: Recipe, name: str, folder: Path | None) -> dict[str, bytes]
         **({} if recipe.program is None else program_files(recipe.program, name)),
     }
     notes: dict[str, Any] = {}
+    tell(_TRANSLATED, "vectors of the self-test")
     if folder and source.libm:
         sources = math_sources(folder, source.libm)
         files |= math_files(sources, name)

@@ -1,10 +1,11 @@
 """What is asked of the tables of a policy: digits, value lost at most, outputs."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 from sdpgrind.base import checks
+from sdpgrind.base.progress import Progress, silent
 
 PRECISIONS = ("double", "float32", "int16")
 
@@ -21,11 +22,14 @@ class TablesAsked:
         Largest value lost by rounding, $ or what the plan charges in; None: any.
     outputs : tuple of str or None
         Names of outputs; None: those of the thing.
+    tell : callable(share, text)
+        Progress of what is computed for the tables, as of the value lost, $.
     """
 
     precision: str = "double"
     lost_max: float | None = None
     outputs: tuple[str, ...] | None = None
+    tell: Progress = field(default_factory=lambda: silent, compare=False, repr=False)
 
     @classmethod
     def of(cls, precision: str, lost_max: float | None, outputs: Sequence[str] | None) -> Self:

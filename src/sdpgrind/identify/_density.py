@@ -1,8 +1,7 @@
 """Density of an amount >= 0 from a sample: kernels, or the derivative of a curve through quantiles.
 
 Brown (1988), section 8.3, differentiates a smooth curve through all points of the cumulative plot; a kernel
-is far
-more accurate, a monotone curve through a few quantiles lies between.
+is far more accurate, a monotone curve through a few quantiles lies between.
 """
 
 import dataclasses

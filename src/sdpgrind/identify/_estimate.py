@@ -127,7 +127,14 @@ class Estimate(Frozen):
         Returns
         -------
         array, shape (p, 2)
-            Low and high end, in `units`; Student's law with `freedom` degrees of freedom.
+            Low and high end, in `units`, in the order of `names`; Student's law with `freedom` degrees of
+            freedom.
+
+        Examples
+        --------
+        >>> found = Estimate(("specific_energy", "idle_power"), [10.0, 100.0], [[0.01, 0.0], [0.0, 4.0]])
+        >>> dict(zip(found.names, found.interval().round(2).tolist(), strict=True))
+        {'specific_energy': [9.8, 10.2], 'idle_power': [96.08, 103.92]}
         """
         share = 0.5 + checks.probability("confidence", confidence) / 2
         reach = (stdtrit(self.freedom, share) if np.isfinite(self.freedom) else ndtri(share)) * self.sd

@@ -2,8 +2,7 @@
 
 ``method="printed"`` gives the table as printed: its correlated variance of a product ignores the sign of the
 correlation and its mean the covariance; its variance of a ratio of independent quantities is less accurate
-than
-first order and contradicts its correlated column.
+than first order and contradicts its correlated column.
 """
 
 from collections.abc import Callable
@@ -174,8 +173,7 @@ def delta_method(
     """Return the moments of a function of several quantities, by its derivatives at their means.
 
     Variance: Brown (1988) (2.16) with covariances. Mean: to second order, f + 1/2 tr(H C); with ``order=1`` f
-    at the
-    means, (2.15). Derivatives are central differences over a 100th of the standard deviations.
+    at the means, (2.15). Derivatives are central differences over a 100th of the standard deviations.
 
     Parameters
     ----------

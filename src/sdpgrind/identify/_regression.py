@@ -10,9 +10,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.identify._estimate import Estimate, Status, columns, finished
 
 RANK = 1e-11  # chosen: least over greatest singular value of unit columns; smaller ones are rounding
-_SHARE = (
-    1e-6  # chosen: component along an undetermined direction that names a column; smaller ones are rounding
-)
+# chosen: component along an undetermined direction that names a column; smaller ones are rounding
+_SHARE = 1e-6
 
 
 def least_squares(

@@ -1,7 +1,9 @@
 """Programs of robots: every target follows four motions, few points, feeds, numbers, files."""
 
+import dataclasses
 import json
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -231,6 +233,55 @@ def test_a_program_starts_and_ends_off_the_work():
     start = motion.problem.robot.forward(path.approach[0])
     contact = start[:3, 3] + motion.problem.lever_arm * start[:3, 2] - PLACE
     assert contact - path.points[0] == pytest.approx(20.0 * normal[0], abs=2e-3)
+
+
+@cache
+def out_of_reach():
+    """A feed of 600 mm/s is asked for; corners and joints allow a quarter of it."""
+    return finishing.plan(planned("small").problem.replace(feed_rate=600.0))
+
+
+@pytest.mark.parametrize("target", LINES)
+def test_a_program_comes_down_and_leaves_no_faster_than_the_plan_drives(target):
+    """Also 1800, meant in mm/min: the plan drives at 19 mm/s, the tool came down at the commanded feed."""
+    motion = out_of_reach()
+    fastest = float(motion.feed_rate.max())
+    assert fastest < 200.0
+    program = motion.program(target)
+    feeds = finishing_path(program).feeds
+    assert feeds[[0, -1]] == pytest.approx(fastest, abs=2e-4) and feeds.max() <= fastest * (1 + 1e-6)
+    assert f"planned feed at most {fastest:g} mm/s of 600 commanded" in program.text
+    assert "commanded" not in planned("small").program(target).text
+    assert finishing_path(planned("small").program(target)).feeds[[0, -1]] == pytest.approx(25.0, rel=1e-6)
+
+
+def test_a_program_that_comes_down_at_the_commanded_feed_is_refused(tmp_path):
+    program = out_of_reach().program("urscript")
+    feed = re.search(r"v=(0\.\d+), r=0.0000000", program.text)[1]
+    changed = dataclasses.replace(program, text=program.text.replace(f"v={feed}", "v=0.6000000", 1))
+    assert changed.check().feed_excess == pytest.approx(600.0 - out_of_reach().feed_rate.max(), rel=1e-6)
+    with pytest.raises(ValueError, match=r"text must not be faster than the plan \(mm/s\)"):
+        changed.save(tmp_path / "finishing.script")
+
+
+def test_joint_moves_around_a_stream_are_no_faster_than_the_plan():
+    """Contact in a joint move, by its leading joint at the speed told, in steps of a thousandth."""
+    motion = planned("small")
+    program = motion.program("urscript", timing=True)
+    found = re.findall(r"movej\(\[(.*)\], a=0.5, v=(.*)\)", program.text)
+    joints = [np.array(each.split(","), dtype=float) for each, _ in found]
+    assert found[0][1] == "0.25"  # to the start, above the work
+    ways = (joints[0], joints[1]), (motion.joints[-1], joints[2])
+    for (start, end), (_, pace) in zip(ways, found[1:], strict=True):
+        between = start + np.linspace(0, 1, 1001)[:, None] * (end - start)
+        tips = motion.problem.robot.forward(between)
+        tips = tips[:, :3, 3] + motion.problem.lever_arm * tips[:, :3, 2]
+        turn = np.abs(end - start).max() / 1000
+        speed = float(pace) * np.linalg.norm(np.diff(tips, axis=0), axis=1) / turn
+        assert 0.99 * 25.0 < speed.max() < 25.0 * (1 + 1e-3)
+    assert -0.1 < program.check().feed_excess <= 0.0
+    faster = dataclasses.replace(program, text=program.text.replace(f"v={found[1][1]}", "v=0.25", 1))
+    assert faster.check().feed_excess > 25.0
 
 
 def test_what_the_files_say():

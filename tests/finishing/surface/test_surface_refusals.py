@@ -134,6 +134,8 @@ REFUSED = [
     (lambda: DIE.replace(weight=2), "Surface has no field 'weight'; is weights meant?"),
     # surfaces ready to use
     (lambda: flat_surface(0.0), "side must be > 0 (mm); got 0.0"),
+    (lambda: flat_surface(0.0064), "side must be in mm, some 50; units.m(...) for metres; got 0.0064"),
+    (lambda: cylinder_surface(0.3, 50.0), "radius must be in mm, some 50; units.m(...) for metres; got 0.3"),
     (lambda: cylinder_surface(-1.0, 5.0), "radius must be > 0 (mm); got -1.0"),
     (lambda: cylinder_surface(1.0, np.nan), "length must be finite (mm); got nan"),
     (lambda: sphere_surface("20"), "radius must be a number (mm); got '20'"),

@@ -29,6 +29,8 @@ class CenteringRuns:
         Whether the part was judged centred and is.
     problem : CenteringProblem
         Simulated problem.
+    last : array, (parts,)
+        Time from the last touch to the end of the last measurement, s; NaN: never pushed.
     """
 
     start: Floats
@@ -37,6 +39,7 @@ class CenteringRuns:
     offset: Floats
     finished: Any
     problem: CenteringProblem
+    last: Floats
 
     @property
     def mean(self) -> float:

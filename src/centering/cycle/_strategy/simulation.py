@@ -80,6 +80,7 @@ class Parts:
         self.beliefs = [Belief(1.0, 0.0, prior(strategy.problem, 1.0, 0.0))] * count
         self.waiting = np.ones(count, dtype=bool)
         self.pushes = np.zeros(count, dtype=np.int64)
+        self.last = np.full(count, np.nan)  # time since the touch of the latest push, s
         self.measured = np.abs(self.offset + self.scatter.measuring_sd * random.standard_normal(count))
         self.time = np.array([self._start_time(float(d)) for d in self.measured])
         self.speed = np.array(
@@ -94,7 +95,9 @@ class Parts:
                 break
             self._push()
         good = ~self.waiting & (self.offset <= self.strategy.problem.tolerance)
-        return CenteringRuns(self.start, self.time, self.pushes, self.offset, good, self.strategy.problem)
+        return CenteringRuns(
+            self.start, self.time, self.pushes, self.offset, good, self.strategy.problem, self.last
+        )
 
     def _start_time(self, offset: float) -> float:
         """Time from rest to the first touch, s: run-up, measurement, any part of a turn."""
@@ -158,7 +161,8 @@ class Parts:
         busy = pushing_time(strategy.profile(choice)) + strategy.timing.busy_time
         speed, arc = strategy.spindle_speed(float(self.measured[k])), strategy.timing.measuring_arc
         waits = self._turning(phase, busy, arc, float(self.speed[k]), speed)
-        self.time[k] += waits if self.waiting[k] else busy + arc / speed
+        self.last[k] = waits if self.waiting[k] else busy + arc / speed
+        self.time[k] += self.last[k]
         self.speed[k] = speed
 
     def _turning(self, phase: float, busy: float, arc: float, before: float, speed: float) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.cycle import CycleState
-from hwsim._report.worst import broken_off
+from hwsim._report.worst import GAVE_UP, broken_off
 from hwsim.command._report import broken_lines, parts_table, summary_head, summary_line
 from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
 from hwsim.command._work import PARTS, announce, run_page
@@ -24,7 +24,6 @@ _COLUMNS = (
     ("time", ".2f"), ("pushes", "d"), ("offset", ".2f"), ("finished", "d"), ("peak_force", ".0f"),
     ("true_mu_kinetic", ".4f"),
 )  # fmt: skip
-_GAVE_UP = "the controller gave up"
 _PREDICTED = 400  # simulated parts; chosen: means to 5 % of the scatter
 
 
@@ -49,12 +48,12 @@ def report(title: str, log: "Log", plan: Any) -> str:
 
 def _given_up(outcome: Any) -> list[str]:
     """Reason why each part was broken off, with the state of the controller."""
-    why = broken_off(outcome, _GAVE_UP)
+    why = broken_off(outcome)
     if "state" not in outcome:
         return why
     states = (CycleState(int(state)).name.lower().replace("_", " ") for state in outcome.state.values)
     return [
-        f"{_GAVE_UP}: {state}" if each == _GAVE_UP else each for each, state in zip(why, states, strict=True)
+        f"{GAVE_UP}: {state}" if each == GAVE_UP else each for each, state in zip(why, states, strict=True)
     ]
 
 

@@ -69,6 +69,7 @@ def read(path: Path, target: str | None = None) -> Job:
 
 def _job(file: Table, folder: Path, target: str | None) -> Job:
     program = _program(file.maybe("program"), target or "csv")  # of those the one that allows most
+    file.need("surface", "path")
     surface = surface_of(file.table("surface"), folder)
     path = path_of(surface, file.table("path"))
     tool = file.maybe("tool")

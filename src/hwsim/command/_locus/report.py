@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._report.locus import planned
+from hwsim._report.locus import best_point
 from hwsim.command._report import CommandReport, Finished, of_all, summary_line
 from sdpgrind.base.units import UM
 
@@ -51,7 +51,7 @@ def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[st
 
 
 def _rates(log: "Log", plan: Any, finished: Any) -> Iterator[str]:
-    best = planned(log, plan)
+    best = best_point(log, plan)
     for title, name, digits in (
         ("time (s)", "time", ".3f"),
         ("removal rate (mm^3/s)", "removal_rate", ".3f"),

@@ -45,7 +45,12 @@ def read(path: Path) -> Job:
 
 
 def _job(file: Table) -> Job:
-    process, controls, hidden = _process(file.table("process")), file.table("controls"), file.table("hidden")
+    file.need("process", "controls", "hidden")
+    process, controls, hidden = (
+        _process(file.table("process", locus.processes.Grinding)),
+        file.table("controls"),
+        file.table("hidden"),
+    )
     ranges = {
         "controls": _ranges(process, controls, ("infeed_rate", "work_rotation")),
         "hidden": _ranges(process, hidden, ("wear_flat_area",)),

@@ -7,9 +7,9 @@ from typing import Any
 from hwsim.command._roundness import options
 from hwsim.command._roundness.facts import Facts
 from hwsim.command._roundness.terms import spoken
+from hwsim.command._statuses import FAILED, OK
 from hwsim.command._times import Outlook
 
-NOT_ACCEPTED = 1  # exit status where a limit is not known to be kept; chosen: 2 is wrong input
 _UNFILTERED, _UPR = "none", 50
 _FILTERS = ("gaussian", "spline", "2rc", "robust", _UNFILTERED)
 _CIRCLES = ("LSC", "MZC", "MCC", "MIC")
@@ -107,10 +107,13 @@ def _carried_out(arguments: argparse.Namespace) -> int:
     print("\n".join(facts.lines()))
     if arguments.report is not None:
         print(f"sheet   {facts.report(arguments.report)}")
-    return 0 if facts.accepted else NOT_ACCEPTED
+    return OK if facts.accepted else FAILED
 
 
 def _facts(arguments: argparse.Namespace, lengths: dict[str, float | None]) -> Facts:
+    if arguments.centred and arguments.radius is not None:
+        rule = "--centred must be left out with --radius, as the radius is known then"
+        raise ValueError(f"{rule}; got {arguments.radius!r}")
     limits, rotation = options.harmonic_limits(arguments.harmonic_limit), options.rotation(arguments.rotation)
     if rotation is not None and arguments.before is None:
         raise ValueError(f"--rotation must be given with --before; got {arguments.rotation!r}")

@@ -45,6 +45,10 @@ _PHRASES = (
     ("remove_asperities", "--remove-asperities"),
 )
 """Calls of the library, and the options in their place."""
+_OTHER_UNIT = re.compile(
+    r"\b(radius|tip_radius)=[\d.e+-]+ \((\w+)\)"
+)  # what a number would be in another unit
+_GOT = re.compile(r"; got ([\d.e+-]+) mm")
 _NO_OPTION = re.compile(r" \(plausible=False [^)]*\)")  # the command takes nothing that is not plausible
 _READINGS = re.compile(r"\breading must (?=have|close|leave)")  # those read, not the option
 _COLUMN = re.compile(rf'\b({_NAME})=\("([^"]+)", "([^"]+)"\)')
@@ -68,6 +72,8 @@ def in_terms(message: str) -> str:
         kept.append(words)
         return f"\0{len(kept) - 1}\0"
 
+    if (given := _GOT.search(message)) is not None:
+        message = _OTHER_UNIT.sub(lambda found: keep(f"{_OPTIONS[found[1]]} {given[1]}{found[2]}"), message)
     message = _SECTIONS.sub(lambda found: keep(_LIST.format(found[1])), _NO_OPTION.sub("", message))
     message = _SECTION.sub(lambda found: keep(f"--section {found[1]}={found[2]}"), message)
     message = _COLUMN.sub(lambda found: keep(f"{_OPTIONS[found[1]]} {found[2]}:{found[3]}"), message)

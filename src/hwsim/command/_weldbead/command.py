@@ -61,7 +61,7 @@ on after the last finished bead, with the results that it would have had; a fini
         """Return the report as text."""
         from hwsim.command._weldbead.report import report
 
-        return report(title, log, plan, job.start)
+        return report(title, log, plan, job.start, job.assumed)
 
 
 AREA = WeldBeadCommand()

@@ -23,13 +23,15 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-def report(title: str, log: "Log", policy: Any, start: tuple[float, float]) -> str:
-    """Return the whole report as text."""
+def report(
+    title: str, log: "Log", policy: Any, start: tuple[float, float], assumed: tuple[str, ...] = ()
+) -> str:
+    """Return the whole report as text; `assumed`: which of height (mm) and time (s) nobody told."""
     risk = policy.risk(height=start[0], time_left=start[1])
     why = broken_off(log.outcome)
     ended = np.array([not each for each in why])
     beads = [
-        *_head(title, policy, start),
+        *_head(title, policy, start, assumed),
         "",
         *_beads(log, why),
         "",
@@ -44,8 +46,9 @@ def report(title: str, log: "Log", policy: Any, start: tuple[float, float]) -> s
     return "\n".join([*beads, *told])
 
 
-def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
-    yield f"{title}: beads of {start[0]:.4g} mm, {start[1]:g} s to the deadline"
+def _head(title: str, policy: Any, start: tuple[float, float], assumed: tuple[str, ...]) -> Iterator[str]:
+    known = f" ({' and '.join(assumed)} assumed, as no [stand] tells)" if assumed else ""
+    yield f"{title}: beads of {start[0]:.4g} mm, {start[1]:g} s to the deadline{known}"
     problem = policy.problem
     durations = f"{problem.durations[0]:g} ... {problem.durations[-1]:g} s"
     error = "" if policy.error is None else f"{policy.error:.0e} ${policy.told_away}"
@@ -68,11 +71,14 @@ def _summary(outcome: Any, risk: Any, planned: float | None) -> Iterator[str]:
     yield summary_line("penalty ($)", outcome.penalty.values, ".4f", planned)
     yield summary_line("passes", outcome.passes.values, ".2f", float(risk.passes))
     yield summary_line("height left (mm)", outcome.height.values, ".4f")
-    yield summary_line(
-        "overground (%)", 100.0 * (outcome.height.values < 0), ".1f", 100.0 * float(risk.overground)
-    )
+    level = "overground_worst" not in outcome
+    below = 100.0 * (outcome.height.values < 0)
+    name = "overground (%)" if level else "mean overground (%)"
+    yield summary_line(name, below, ".1f", 100.0 * float(risk.overground))
+    if not level:
+        yield summary_line("overground in places (%)", 100.0 * (outcome.overground.values > 0), ".1f")
     yield summary_line("overground depth (mm)", outcome.overground.values, ".4f")
-    if "overground_worst" in outcome:
+    if not level:
         yield summary_line("deepest place (mm)", outcome.overground_worst.values, ".4f")
     yield summary_line("late (%)", 100.0 * (outcome.lateness.values > 0), ".1f")
     yield summary_line("time used (s)", outcome.time.values, ".1f")

@@ -23,7 +23,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import specs, units_of
 from sdpgrind.base.unit_text import quantity
 from sdpgrind.weldbead import force, passes
-from sdpgrind.weldbead.kernels import Motor
+from sdpgrind.weldbead.kernels import Motor, check_units
 
 Problem: TypeAlias = weldbead.SequenceProblem
 Policy: TypeAlias = weldbead.SequencePolicy
@@ -33,7 +33,9 @@ Brown (1988).
 """
 WAVE, WAVE_LENGTH = 0.1, 40.0
 """Amplitude and length of waves of the bead, mm; chosen: no bead is level."""
+_START = "height", "time"
 _NODE = 0.1  # distance between nodes of a bead, mm; chosen: 400 nodes a wave
+_SIDE = "linear, quadratic or constant (one of them), and tolerance, as { linear = 2.0 }"
 _MOTORS: dict[str, Callable[[], Motor | None]] = {"process": lambda: None, "air": Motor.air}
 
 
@@ -44,10 +46,16 @@ class Job(AreaJob, Protocol):
     def start(self) -> tuple[float, float]:
         """Mean height (mm) and time to the deadline (s) at the start."""
 
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Which of height and time at the start nobody told."""
+
 
 @dataclass(frozen=True)
 class OneDraw(StandJob[WeldBeadStand]):
     """The sequence alone: the depth of each pass is drawn."""
+
+    assumed: tuple[str, ...] = ()
 
     @property
     def start(self) -> tuple[float, float]:
@@ -64,6 +72,7 @@ class ThreeTiers:
     stand: ForceTableStand
     problem: Problem
     crossover: float = CROSSOVER
+    assumed: tuple[str, ...] = ()
 
     @property
     def start(self) -> tuple[float, float]:
@@ -78,10 +87,11 @@ def job_of(problem: Problem, *, simple: bool) -> Job:
     """Put a problem on a default stand."""
     plain = WeldBeadStand(problem)
     if simple:
-        return OneDraw(plain)
+        return OneDraw(plain, assumed=_START)
     disc = passes.TiltedDisc(problem.model, relaxed_angle=ANGLE, rotational_stiffness=STIFFNESS)
     on_table = _one_pass(problem, disc, _bead(problem, plain.start_height))
-    return ThreeTiers(ForceTableStand(on_table, sequence=problem, time=plain.start_time), problem)
+    stand = ForceTableStand(on_table, sequence=problem, time=plain.start_time)
+    return ThreeTiers(stand, problem, assumed=_START)
 
 
 def read(path: Path, *, simple: bool = False) -> Job:
@@ -114,22 +124,34 @@ def _one_pass(problem: Problem, disc: passes.TiltedDisc, contour: passes.Contour
 
 
 def _problem(job: Table) -> Problem:
+    job.need(
+        "process", "durations", "scatter", "height_charge", of=weldbead.SequenceProblem, skip=("burn_limit",)
+    )
     return weldbead.SequenceProblem(
-        job.table("process").one(weldbead.GrindingProcess),
+        _process(job.table("process", weldbead.GrindingProcess)),
         **job.values(weldbead.SequenceProblem, skip=("burn_limit",)),
         durations=job.list_of("durations", units_of(weldbead.SequenceProblem)["durations"]),
-        scatter=_scatter(job.table("scatter")),
+        scatter=_scatter(job.table("scatter", "attribution, relative_sd")),
         bead_scatter=_coefficients(job.table("bead_scatter")) if job.has("bead_scatter") else None,
         burn_limit=_burn_limit(job.table("burn_limit")) if job.has("burn_limit") else None,
-        height_charge=_height_charge(job.table("height_charge")),
-        lateness_charge=_one_sided(job.table("lateness_charge"), "s") if job.has("lateness_charge") else None,
+        height_charge=_height_charge(job.table("height_charge", "under, over, each a table")),
+        lateness_charge=_one_sided(job.table("lateness_charge", _SIDE), "s")
+        if job.has("lateness_charge")
+        else None,
         finish_charge=job.table("finish_charge").one(weldbead.FinishCharge)
         if job.has("finish_charge")
         else None,
     )
 
 
+def _process(table: Table) -> weldbead.GrindingProcess:
+    process = table.one(weldbead.GrindingProcess)
+    table.made(check_units, process)
+    return process
+
+
 def _scatter(table: Table) -> weldbead.Scatter:
+    table.need("attribution", "relative_sd")
     names, relative = table.take("attribution"), table.take("relative_sd")
     several = isinstance(names, list)
     sds = relative if isinstance(relative, list) else [relative]
@@ -152,7 +174,9 @@ def _coefficients(table: Table) -> weldbead.CoefficientScatter:
 
 
 def _height_charge(table: Table) -> sdp.Charge:
-    sides = {side: _one_sided(table.table(side), "mm") for side in ("under", "over") if table.has(side)}
+    sides = {
+        side: _one_sided(table.table(side, _SIDE), "mm") for side in ("under", "over") if table.has(side)
+    }
     table.done()
     return table.made(sdp.Charge, **sides)
 
@@ -209,7 +233,8 @@ def _stands(problem: Problem, file: Table) -> tuple[OneDraw, ThreeTiers]:
     simple.done()
     stand = _force_table(problem, disc, process, table, plain)
     table.done()
-    return OneDraw(plain), ThreeTiers(stand, problem, crossover)
+    assumed = tuple(name for name in _START if name not in table.entries)
+    return OneDraw(plain, assumed=assumed), ThreeTiers(stand, problem, crossover, assumed)
 
 
 def _start(problem: Problem, table: Table) -> dict[str, float]:
@@ -231,7 +256,16 @@ def _disc(problem: Problem, table: Table) -> passes.TiltedDisc:
         table, passes.TiltedDisc, "relaxed_angle", "rotational_stiffness"
     )
     table.done()
-    return table.made(passes.TiltedDisc, problem.model, **given)
+    return table.made(_tilted, problem.model, **given)
+
+
+def _tilted(process: weldbead.GrindingProcess, **given: Any) -> passes.TiltedDisc:
+    """A disc; a refusal of a value of the process names its table."""
+    try:
+        return passes.TiltedDisc(process, **given)
+    except ValueError as error:
+        own = str(error).partition(" ")[0] in specs(weldbead.GrindingProcess)
+        raise ValueError(f"process.{error}" if own else str(error)) from None
 
 
 def _truth(problem: Problem, table: Table) -> tuple[weldbead.GrindingProcess, Problem | None]:

@@ -11,11 +11,11 @@ from hwsim.plants._weldbead.machine import Noise, WeldBead, WeldBeadSetup
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, custom, described, part, quantity, units_of
 from sdpgrind.weldbead import GrindingProcess, SequenceProblem
+from sdpgrind.weldbead.kernels import NOISES
 
 Truth: TypeAlias = GrindingProcess | SequenceProblem | Callable[[np.random.Generator], Any] | None
-_RESOLUTION = (
-    1e-3  # s; chosen: passes last whole milliseconds, or whole ticks where the stage needs finer ones
-)
+# s, chosen: passes last whole milliseconds, or whole ticks where the stage needs finer ones
+_RESOLUTION = 1e-3
 
 
 def _checked_truth(name: str, truth: Any) -> Any:
@@ -88,7 +88,7 @@ class WeldBeadStand(Described):
     truth: Truth = custom(_checked_truth, default=None)
     height: float | None = quantity("mm", default=None)
     time: float | None = quantity("s", default=None)
-    height_noise: float = quantity("mm", at_least=0, default=0.002)
+    height_noise: float = quantity("mm", at_least=0, usual=NOISES, typical=0.002, default=0.002)
     power_noise: float = quantity("W", at_least=0, default=5.0)
     force_noise: float = quantity("N", at_least=0, default=0.5)
 

@@ -196,9 +196,11 @@ def _refuse_mistakes(
 
 
 def _as(each: Bound, other: Bound) -> str:
-    """Argument that reads the column of another one, in the unit of its file, or else that of the call."""
-    head = other.heading
-    return f'{each.request.name}=("{head.name}", "{head.unit or each.unit}")'
+    """Argument that reads the column of another one, in the unit of its file, or else that of the call.
+
+    Its factor stays: it is said of the quantity.
+    """
+    return each._replace(heading=other.heading).call(unit=other.heading.unit)
 
 
 def _source(

@@ -13,7 +13,11 @@ Nanoseconds = npt.NDArray[np.int64]
 DAY = 86_400_000_000_000  # ns; derived
 _ISO = re.compile(r"\d{4}[-/]\d{1,2}[-/]\d{1,2}(?:[T ].*)?")
 _DOTS = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(.*)")
-_SLASHES = re.compile(r"\d{1,2}/\d{1,2}/\d{2,4}.*")
+_SLASHES = re.compile(r"(\d{1,2})/(\d{1,2})/\d{2,4}.*")
+_WRITTEN = re.compile(
+    r"\d{1,2}([./])\d{1,2}\1(\d{2}|\d{4})(?:(T|\s+)\d{1,2}:\d{2}(:\d{2}(?:([.,])\d{1,6})?)?)?"
+)
+_MONTHS = 12  # source: the calendar
 _OF_DAY = re.compile(r"(\d{1,2})(:\d{2}:\d{2}.*)")
 _TWO = re.compile(r"\d{1,2}:\d{2}(?:[.,]\d*)?")
 
@@ -36,23 +40,49 @@ def stamps(values: Column, time_format: str | None, where: str, place: Callable[
         return Stamps(
             _parsed(texts, texts, time_format, where, place, f"of the format {time_format!r}"), of_day
         )
-    _refuse_two_meanings(first, where, place)
+    _refuse_two_meanings(first, texts, where, place)
     for form, ready, rule in _FORMS:
         if form.fullmatch(first):
             times = _parsed(texts, [ready(each) for each in texts], "ISO8601", where, place, rule)
             return Stamps(times, form is _OF_DAY)
     raise ValueError(
         f"{where}: time must be numbers with a unit, ISO 8601, dd.mm.yyyy hh:mm:ss or hh:mm:ss; got"
-        f' {first!r} in {place(0)}: time_format="%H-%M-%S" or the like reads others'
+        f" {first!r} in {place(0)}: {_read_by(first)}"
     )
 
 
-def _refuse_two_meanings(first: str, where: str, place: Callable[[int], str]) -> None:
+def _read_by(first: str) -> str:
+    """Words on the format that reads a stamp: of a year of two digits its own, of others any."""
+    if _WRITTEN.fullmatch(first):
+        return f'time_format="{_format_of(first, "%d", "%m")}" reads a year of two digits'
+    return 'time_format="%H-%M-%S" or the like reads others'
+
+
+def _format_of(first: str, *order: str) -> str:
+    """Format of a stamp whose date has day and month in an order."""
+    found = _WRITTEN.fullmatch(first)
+    if found is None:
+        return "/".join([*order, "%Y"]) + " ..."
+    mark, year, space, seconds, comma = found.groups()
+    date = mark.join([*order, "%Y" if len(year) > 2 else "%y"])
+    return date + (f"{space}%H:%M{':%S' if seconds else ''}{f'{comma}%f' if comma else ''}" if space else "")
+
+
+def _refuse_two_meanings(first: str, texts: list[str], where: str, place: Callable[[int], str]) -> None:
     """Refuse 1/2/2026, of which either may be the month, and 10:30, which may be hours or minutes."""
     if _SLASHES.fullmatch(first):
+        day, month = (f'"{_format_of(first, *order)}"' for order in (("%d", "%m"), ("%m", "%d")))
+        for k, text in enumerate(texts):
+            found = _SLASHES.fullmatch(text)
+            if found and (over := [int(found[j]) > _MONTHS for j in (1, 2)]) != [False, False]:
+                said = day if over[0] else month
+                raise ValueError(
+                    f"{where}: time must say which is the month; {text!r} in {place(k)} shows that it is the"
+                    f" {'second' if over[0] else 'first'}: time_format={said}"
+                )
         raise ValueError(
             f"{where}: time must say which is the month; {first!r} in {place(0)} may be either:"
-            ' time_format="%d/%m/%Y ..." or "%m/%d/%Y ..."'
+            f" time_format={day} or {month}"
         )
     if _TWO.fullmatch(first):
         raise ValueError(

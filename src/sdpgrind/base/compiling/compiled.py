@@ -19,6 +19,9 @@ from sdpgrind.base.compiling.kernel_cache import KernelCache
 from sdpgrind.base.compiling.kernel_library import LinkedCompiler
 from sdpgrind.base.compiling.kernel_references import KernelCompiler
 
+# chosen: option `fastmath` for fast sums, reordered and fused; NaN and infinity stay
+REORDER = {"contract", "nsz", "reassoc"}
+
 
 class Kernel(CPUDispatcher):
     """A compiled function, made by `compiled`."""

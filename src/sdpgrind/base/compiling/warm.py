@@ -46,7 +46,7 @@ def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, 
     --------
     >>> import sdpgrind
     >>> sdpgrind.warm("plunge")  # doctest: +SKIP
-    {'plunge': 37}
+    {'plunge': 60}
     """
     areas = [checks.one_of("area", area, HOMES)] if area is not None else list(HOMES)
     if progress is None:

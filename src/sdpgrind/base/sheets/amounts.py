@@ -17,6 +17,7 @@ _MORE = 2  # decimal places beyond those of the widest interval of a row; chosen
 _WIDE = 500.0  # greatest over least value from which on each has its own digits; chosen: one digit remains
 _PLAIN = (1e-4, 1e6)  # greatest values without a power of ten; chosen: at most ten characters
 _PLACES = 9  # chosen: greatest number of decimal places; more are rounding of the arithmetic
+_FINE = 3  # decimal places that are cut beside a greater value; chosen: a greatest below 1000
 _NOTHING = "–"
 
 
@@ -33,8 +34,11 @@ class Interval:
     least: float = -math.inf
     sure: str = "exact"
 
-    def shown(self, factor: float, most: int = _PLACES) -> str:
-        """Return the text of value and interval, times a factor, with `most` decimal places."""
+    def shown(self, factor: float, most: int = _PLACES, alone: int = _PLACES) -> str:
+        """Return the text of value and interval, times a factor, with `most` decimal places.
+
+        `alone`: decimal places of a value without an interval, beside which there are greater ones.
+        """
         value, half = factor * self.value, factor * self.half
         if not math.isfinite(value):
             return _endless(value)
@@ -48,6 +52,7 @@ class Interval:
             if value - half < least <= value:
                 return f"{value:.{places}f} ({least:g} to {value + half:.{places}f})"
             return f"{value:.{places}f} ± {half:.{places}f}"
+        value = round(value, alone) or value  # beside 25.605 the digits of 0.0965141 say nothing
         return f"{value:.{_ALONE}g} {self.sure if half == 0 else '(no interval)'}"
 
 
@@ -107,9 +112,11 @@ class Amounts:
             greatest, whole = math.inf, False
         else:
             greatest = self.greatest * factor
-        most = self._most(factor)
+        most, alone = self._most(factor), _ending(factor * self.greatest)
         return [
-            each.shown(factor, most) if isinstance(each, Interval) else _text(each, factor, greatest, whole)
+            each.shown(factor, most, alone)
+            if isinstance(each, Interval)
+            else _text(each, factor, greatest, whole, alone)
             for each in self.values
         ]
 
@@ -179,12 +186,22 @@ def cell(value: Any) -> Cell:
     return math.nan if value is None else float(value)
 
 
-def _text(value: float | int | str, factor: float, greatest: float, whole: bool) -> str:
+def _text(value: float | int | str, factor: float, greatest: float, whole: bool, alone: int) -> str:
     if not isinstance(value, float):
         return str(value)
     if not math.isfinite(value):
         return _endless(value)
+    if math.isnan(greatest) and alone >= _FINE and 0 < abs(factor * value) < 10.0 ** (_DIGITS - 1 - alone):
+        return _beside(factor * value, alone)
     return f"{value:.0f}" if whole and greatest < _PLAIN[1] else written(factor * value, greatest)
+
+
+def _beside(value: float, places: int) -> str:
+    """A value beside one so much greater that its own digits say nothing; it is not shown as 0."""
+    least = f"{10.0**-places:.{places}f}"
+    if abs(value) < 0.5 * float(least):
+        return f"<{least}" if value > 0 else f">-{least}"
+    return fixed(value, places)
 
 
 def _endless(value: float) -> str:

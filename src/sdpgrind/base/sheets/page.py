@@ -12,6 +12,7 @@ from sdpgrind.base.sheets import blocks as forms
 from sdpgrind.base.sheets import seal
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Embedded, Heading, Listing, Picture, Sentences
 from sdpgrind.base.sheets.svg import svg_of
+from sdpgrind.base.text_table import aligned
 from sdpgrind.base.whole_files import whole_file
 
 # Controls but for tabulator and new line, halves of surrogate pairs, and what is no character at all
@@ -120,7 +121,8 @@ def body(blocks: Sequence[Block]) -> str:
         if isinstance(block, Heading):
             parts.append(f"{block.text}\n{'-' * len(block.text)}")
         elif isinstance(block, AmountTable):
-            parts.append("\n".join([block.caption, *_aligned([block.head(scales), *block.rows(scales)])]))
+            table = [block.head(scales), *block.rows(scales)]
+            parts.append("\n".join([block.caption, *aligned(table, "<>")]))
         elif isinstance(block, Sentences):
             parts.append("\n".join(block.lines))
         elif isinstance(block, Listing):
@@ -128,13 +130,3 @@ def body(blocks: Sequence[Block]) -> str:
         elif isinstance(block, Picture):
             parts.append(f"[picture in the HTML page: {block.caption}]")
     return "\n\n".join(parts)
-
-
-def _aligned(rows: list[list[str]]) -> list[str]:
-    """Lines with the first column to the left, the others to the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = []
-    for first, *others in rows:
-        cells = [f"{cell:>{width}}" for cell, width in zip(others, widths[1:], strict=True)]
-        lines.append("  ".join([f"{first:<{widths[0]}}", *cells]).rstrip())
-    return lines

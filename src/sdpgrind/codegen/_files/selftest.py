@@ -1,6 +1,7 @@
 """Self-test of an export: a program in C that compares with what the library answered."""
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.codegen._files.vector_kernels import BASIS
 from sdpgrind.codegen._files.vectors import SEED, STEPS, Vectors, spread_of
 from sdpgrind.codegen._recipe import Recipe
 from sdpgrind.codegen._translate.runtime import BITS_OF, FLAGS, GUARDS, HASHED
@@ -105,7 +106,7 @@ typedef struct {{
 
 static uint64_t block(long_run *run)
 {{
-    uint64_t total = UINT64_C(14695981039346656037);
+    uint64_t total = UINT64_C({basis});
     int k;
     int j;
     for (k = 0; k < STEPS; k++) {{
@@ -156,7 +157,7 @@ static int environment(void)
 static int rows_differ(double *largest)
 {{
     {name}_state state;
-    uint64_t total = UINT64_C(14695981039346656037);
+    uint64_t total = UINT64_C({basis});
     int wrong = 0;
     int k;
     int j;
@@ -238,7 +239,7 @@ def selftest(recipe: Recipe, name: str, vectors: Vectors, folder: bool = False) 
         reference=THIS_C if folder else "the library", units=_units(recipe, name, folder),
         name=name, upper=name.upper(), guards=GUARDS, hashed=HASHED, bits_of=BITS_OF,
         rows=len(vectors.rows), inputs=len(recipe.inputs),
-        outputs=len(recipe.outputs), blocks=len(digests), steps=STEPS, seed=SEED,
+        outputs=len(recipe.outputs), blocks=len(digests), steps=STEPS, seed=SEED, basis=BASIS,
         digest=f"{vectors.digest:#018x}", flags=" -O2 ".join(FLAGS),
         vectors=_vectors(vectors), digests=_columns(digests, 4), spread=_listed(spread_of(recipe)),
         missing=", ".join(str(int(not one)) for one in recipe.finite),

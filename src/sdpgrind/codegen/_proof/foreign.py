@@ -4,6 +4,8 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
+from sdpgrind.codegen._files.vector_kernels import BASIS
+from sdpgrind.codegen._files.vectors import SEED
 from sdpgrind.codegen._proof.compilers import compiled
 from sdpgrind.codegen._translate.prototypes import arguments
 from sdpgrind.codegen._translate.runtime import BITS_OF, HASHED
@@ -14,7 +16,7 @@ _PROGRAM = f"""\
 #include <stdio.h>
 #include <string.h>
 
-static uint64_t seed = UINT64_C(88172645463325252);
+static uint64_t seed = UINT64_C({SEED});
 
 static double drawn(double scale)
 {{
@@ -38,7 +40,7 @@ int main(void)
 }}
 """
 _FUNCTION = """\
-    total = UINT64_C(14695981039346656037);
+    total = UINT64_C({basis});
     for (k = 0; k < {count}; k++) {{
         volatile double x = drawn(scales[k & 3]);
         volatile double y = drawn(scales[(k >> 2) & 3]);
@@ -52,7 +54,10 @@ _COUNT = 100_000  # chosen: arguments of each function; hypot of glibc differs i
 def other_functions(names: Sequence[str], folder: Path, here: str, there: str, emulator: str) -> list[str]:
     """Return those of the functions whose bits differ between this computer and an emulated one."""
     source = folder / "functions.c"
-    parts = [_FUNCTION.format(name=one, arguments=", ".join(arguments(one)), count=_COUNT) for one in names]
+    parts = [
+        _FUNCTION.format(name=one, arguments=", ".join(arguments(one)), count=_COUNT, basis=BASIS)
+        for one in names
+    ]
     source.write_text(_PROGRAM.replace("@", "\n".join(parts)))
     found = []
     for compiler, flags, command in ((here, [], []), (there, ["-static"], [emulator])):

@@ -255,6 +255,7 @@ class CProgram:
             body.body(body.source.tree.body)
             if not body.changed:
                 return
+        raise AssertionError(f"{body.kernel.py_func.__name__}: types still widen after {_PASSES} passes")
 
     def _finished(self, body: Statements, kinds: tuple[Type, ...], numbers: Numbers) -> Function:
         name = self._free(body.kernel.py_func.__name__)

@@ -286,7 +286,8 @@ class Motion(Plan):
         """Return the motion as a program of a robot's controller: URScript, RAPID, KRL, ROS, or a table.
 
         Straight moves of the contact with blends, as few as the deviation allows; they start and end 20 mm
-        off the work. Feeds are the planned means of the moves; the controller's own law of time applies.
+        off the work, no faster than the motion drives on it. Feeds are the planned means of the moves; the
+        controller's own law of time applies.
         Times are kept by ``"csv"``, joints at the rows of the motion; by ``"ros"``, joints and their speeds
         at the rows as ``trajectory_msgs/JointTrajectory`` in JSON; by ``"urscript"`` with `timing`, joints
         every 8 ms. No program has been run on a controller; its blends differ from circles.

@@ -1,7 +1,9 @@
 """Plan a finishing motion: tool poses, robot joints and time law."""
 
+from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.progress import ProgressOption, portion, reporting
+from sdpgrind.base.warned import warn
 from sdpgrind.finishing._problem.joint_runs import (
     PostureError,
     check_ends,
@@ -16,11 +18,14 @@ from sdpgrind.finishing._problem.motion_rows import rows, with_freedoms
 from sdpgrind.finishing._problem.placing import placed_for, what_place_would
 from sdpgrind.finishing._problem.posture import Posture
 from sdpgrind.finishing._problem.problem import FinishingProblem
+from sdpgrind.finishing._program.course import greatest_feed
 from sdpgrind.finishing.timing._laws import time_laws
 from sdpgrind.finishing.timing._violations import worst_violation
 
 METHODS = ("trapezoid", "toppra", "min_time")
 JOINTS_SHARE = 0.3  # chosen: portion of progress for the joints; with "trapezoid" they take most of the time
+
+_REACHED = 0.1  # chosen: a feed ten times any planned one is rather in another unit than a wish
 
 
 @reporting
@@ -40,6 +45,8 @@ def plan(
     ``jerk_max=None``: no limit of jerk. All three rest at sharp corners; ``path.blended()`` has none, and
     suits the last two: a trapezoid is as slow all along as in its tightest corner. Straight lines of a lift
     are runs at its ``air_feed``; the limits hold there, too.
+
+    A feed rate that the motion nowhere reaches a tenth of warns: it may be in mm/min.
 
     A robot without a table whose problem has no placement is placed by `place`, with a warning that says
     where; the problem of the motion then has that placement and azimuth.
@@ -106,4 +113,15 @@ def plan(
         raise MotionError(
             f"a limit is exceeded: {motion.worst_violation}; try a lower feed_rate or another method", motion
         )
+    _warn_of_feed(motion)
     return motion
+
+
+def _warn_of_feed(motion: Motion) -> None:
+    """Warn of a feed rate far above all that corners and joints allow."""
+    asked, planned = motion.problem.feed_rate, greatest_feed(motion)
+    if planned < _REACHED * asked:
+        warn(
+            f"feed_rate of {asked:g} mm/s is reached nowhere: acceleration, corners and joints allow at most"
+            f" {planned:.3g} mm/s; is it in mm/min? It would be {units.mm_per_min(asked):.3g} mm/s"
+        )

@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.carriers import alone, carriers, levers
 from sdpgrind.finishing._program.configuration import STEP, check_configuration
-from sdpgrind.finishing._program.course import PlannedMotion, frames_of
+from sdpgrind.finishing._program.course import PlannedMotion, frames_of, greatest_feed, way_per_turn
 from sdpgrind.finishing._program.follow import PLACES, FollowedPath, followed
 from sdpgrind.finishing._program.joint_cubics import JointCubics
 from sdpgrind.finishing._program.matching_kernels import match
@@ -31,7 +31,8 @@ class MotionCheck(NamedTuple):
     feed_excess : float
         Greatest feed of a move beyond the planned feed there, mm/s; <= 0: none. Of a program that tells times
         and speeds, greatest speed of the contact along its cubics beyond that of the motion at the same time;
-        0 where it tells times without speeds, which are compared.
+        0 where it tells times without speeds, which are compared, but for the joint moves that lead onto the
+        work and off it.
     joint_speed_excess : float
         Greatest speed of a joint beyond its limit, and beyond that of the motion at the same time, as a share
         of the limit, unit 1; <= 0: none. 0 where the program tells no speeds of joints.
@@ -115,7 +116,7 @@ def _planned(motion: PlannedMotion) -> Planned:
     poses = problem.robot.forward_work(state.joints)
     ends = _raised_ends(motion, poses[[0, -1]])
     tips = np.concatenate([[ends[0]], poses, [ends[1]]]) @ shifted(problem.lever_arm)
-    feeds = np.concatenate([[problem.feed_rate], state.feed_rate, [problem.feed_rate]])
+    feeds = np.concatenate([[greatest_feed(motion)], state.feed_rate, [greatest_feed(motion)]])
     joints = np.vstack([_off_the_work(motion, 0), state.joints, _off_the_work(motion, -1)])
     return Planned(np.ascontiguousarray(tips[:, :3, 3]), turns_of(tips), feeds, joints)
 
@@ -179,7 +180,7 @@ def check_table(path: Any, motion: PlannedMotion) -> MotionCheck:
     here, wanted = here @ shifted(lever), wanted @ shifted(lever)
     off = np.linalg.norm(here[:, :3, 3] - wanted[:, :3, 3], axis=1)
     angle = float(angle_between(turns_of(here), turns_of(wanted)).max())
-    excess = (0.0, 0.0) if cubics is None else _speed_excess(cubics, motion, time)
+    excess = (_lift_excess(path, motion), 0.0) if cubics is None else _speed_excess(cubics, motion, time)
     return MotionCheck(max(float(off.max()), lever * angle), angle, *excess)
 
 
@@ -196,6 +197,15 @@ def _speed_excess(told: JointCubics, motion: PlannedMotion, time: Floats) -> tup
     told_share, planned = (np.abs(each.speed(time)) / problem.robot.speed_max for each in (told, plan))
     over = told_share - np.maximum(planned, 1.0)
     return float((contact[0] - contact[1]).max()), float(over.max())
+
+
+def _lift_excess(path: Any, motion: PlannedMotion) -> float:
+    """Greatest excess of the contact in joint moves onto the work and off it, mm/s; 0: there are none."""
+    if not path.approach.size:
+        return 0.0
+    ends = path.approach, np.stack([path.joints[-1], path.retract[0]])
+    fast = (way_per_turn(motion, *each) * pace for each, pace in zip(ends, path.paces[1:], strict=True))
+    return float(max(fast)) - greatest_feed(motion)
 
 
 def _lifts(path: Any, motion: PlannedMotion) -> tuple[Floats, Floats]:

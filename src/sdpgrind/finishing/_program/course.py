@@ -13,6 +13,8 @@ from sdpgrind.finishing.arm._serial import SerialRobot
 STEP = 0.02  # mm, chosen: a chord of this on an arc of 0.3 mm radius errs by 0.2 um
 _SAME = 1e-9  # mm, chosen: samples nearer than this are one
 _AHEAD = 1e-6  # chosen: rounding of an axis of the flange
+SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
+_PARTS = 32  # chosen: chords of a joint move of 20 mm, shorter than it by 1e-4 of its length or less
 _NEAR = 0.6  # rad, chosen: a joint turns less between contact and lift, or the branch is another
 
 
@@ -34,6 +36,10 @@ class PlannedMotion(Protocol):
     @property
     def length(self) -> Floats:
         """Length of path, mm."""
+
+    @property
+    def feed_rate(self) -> Floats:
+        """Speed along the path at the rows, mm/s."""
 
     @property
     def contact(self) -> Bools:
@@ -137,6 +143,23 @@ def contacts(motion: PlannedMotion, frames: RobotFrames, joints: Floats) -> Floa
     tips = motion.problem.robot.forward_work(joints) @ shifted(motion.problem.lever_arm)
     out: Floats = inverse(frames.work) @ tips
     return out
+
+
+def greatest_feed(motion: PlannedMotion) -> float:
+    """Return the greatest planned feed on the work, mm/s: that down onto it and off it again.
+
+    It is the feed of the problem where the motion reaches it, and less where joints or corners forbid that.
+    """
+    planned, asked = float(motion.feed_rate[motion.contact].max()), float(motion.problem.feed_rate)
+    return asked if planned >= asked * (1 - SINGLE) else planned
+
+
+def way_per_turn(motion: PlannedMotion, start: Floats, end: Floats) -> float:
+    """Return the greatest way of the contact per turn of the leading joint in a joint move, mm/rad."""
+    joints = start + np.linspace(0.0, 1.0, _PARTS + 1)[:, None] * (end - start)
+    tips = (motion.problem.robot.forward_work(joints) @ shifted(motion.problem.lever_arm))[:, :3, 3]
+    steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+    return float(steps.max() * _PARTS / np.abs(end - start).max())
 
 
 def lifted(motion: PlannedMotion, row: int) -> Floats:

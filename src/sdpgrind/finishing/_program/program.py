@@ -19,12 +19,15 @@ from sdpgrind.finishing._program.blocks import Blocks, blocks_of, joined
 from sdpgrind.finishing._program.carriers import axis_names, axis_units, described_unit, unit_frame
 from sdpgrind.finishing._program.compare import MotionCheck
 from sdpgrind.finishing._program.course import (
+    SINGLE,
     PlannedMotion,
     RobotFrames,
     contacts,
     frames_of,
+    greatest_feed,
     lifted,
     runs_of,
+    way_per_turn,
 )
 from sdpgrind.finishing._program.cuts import parts_of, rests_in_air
 from sdpgrind.finishing._program.form import TextForm
@@ -41,11 +44,9 @@ from sdpgrind.finishing._program.read_program import read_text
 from sdpgrind.finishing._program.table import table
 from sdpgrind.finishing._program.trajectory import trajectory
 from sdpgrind.finishing._program.turns import inverse, turns_of
-from sdpgrind.finishing.path._lifted_course import LiftedCourse
 
 ENDINGS = {"urscript": ".script", "rapid": ".mod", "krl": ".src", "csv": ".csv", "ros": ".json"}
 _POINTS = 5000  # source: specification, size of a KRL program that its editor takes
-_SINGLE = 1e-6  # derived: greatest error of a feed that a controller keeps in single precision, relative
 
 
 @dataclass(frozen=True, repr=False)
@@ -141,11 +142,11 @@ class MotionProgram(Program):
         return re.split(r"(?m)^(?=DEF )", self.text)[1:] if self.target == "krl" else [self.text]
 
     def _fault(self, found: MotionCheck) -> str:
-        if found.feed_excess > _SINGLE * self.motion.problem.feed_rate:
+        if found.feed_excess > SINGLE * self.motion.problem.feed_rate:
             return (
                 f"text must not be faster than the plan (mm/s); read back, it is by {found.feed_excess:.4g}"
             )
-        if found.joint_speed_excess > _SINGLE:
+        if found.joint_speed_excess > SINGLE:
             share = 100 * found.joint_speed_excess
             return (
                 f"text must keep the speed limits of the joints; read back, one is over it by {share:.4g} %"
@@ -188,14 +189,21 @@ def _head(motion: PlannedMotion, target: str, deviation: float, name: str, date:
     yield f"{name}: {motion.length[-1]:.1f} mm of path in {motion.time[-1]:.3f} s" + (
         f", {date}" if date else ""
     )
-    air = f", {problem.path.lift.air_feed:g} in the air" if isinstance(problem.path, LiftedCourse) else ""
-    yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {problem.feed_rate:g} mm/s{air}"
+    yield f"sdpgrind {__version__}, problem {digest}, planned feed at most {_feeds(motion)}"
     yield f"deviation: contact within {deviation:g} mm of the plan; a turn of the tool counts"
     yield f"times the lever arm of {problem.lever_arm:g} mm"
     if target in OVER_TIME:
         return
     yield "starts and ends 20 mm off the work; not run on a controller: try it slowly, above the work"
     yield f"branch {motion.posture.branch} of the model; joints and base are those of the model of the robot"
+
+
+def _feeds(motion: PlannedMotion) -> str:
+    """Greatest planned feeds, and the commanded one where joints or corners forbid it."""
+    feed, asked = greatest_feed(motion), motion.problem.feed_rate
+    slower = f" of {asked:g} commanded" if feed < asked else ""
+    in_air = motion.feed_rate[~motion.contact]
+    return f"{feed:g} mm/s{slower}" + (f", {in_air.max():g} in the air" if in_air.size else "")
 
 
 def _lines(motion: PlannedMotion, target: str, head: list[str], name: str, deviation: float) -> str:
@@ -238,9 +246,9 @@ def _parts(motion: PlannedMotion, runs: list[Blocks], name: str, deviation: floa
 
 
 def _exact(motion: PlannedMotion, frames: RobotFrames, joints: Floats) -> Blocks:
-    """Exact move to the contact at joints (1, n), at the feed of the problem."""
+    """Exact move to the contact at joints (1, n), at the greatest planned feed."""
     pose = contacts(motion, frames, joints)
-    feed = np.array([motion.problem.feed_rate])
+    feed = np.array([greatest_feed(motion)])
     return Blocks(pose[:, :3, 3], turns_of(pose), feed, np.zeros(1), joints)
 
 
@@ -273,4 +281,7 @@ def _stream(motion: PlannedMotion, head: list[str], name: str) -> str:
     end = float(motion.time[-1])
     time = np.append(np.arange(0.0, end - 1e-6, urscript.PERIOD), end)
     form = TextForm(name, [*head, *urscript.head(True)], frames_of(motion), lifted(motion, 0), 0.0)
-    return urscript.stream(time, motion.at(time).joints, form, lifted(motion, -1))
+    joints, above = motion.at(time).joints, lifted(motion, -1)
+    feed, ends = greatest_feed(motion), ((form.start, joints[0]), (joints[-1], above))
+    down, up = (feed / way_per_turn(motion, *each) for each in ends)
+    return urscript.stream(time, joints, form, above, (down, up))

@@ -36,6 +36,8 @@ class ProgramPath(ByValue):
         Names of these joints, where the program tells them.
     retract : array (b, n)
         Joint moves after the rest, rad.
+    paces : array (a + b,)
+        Greatest speeds of the leading joint in these moves, rad/s (URScript); else empty.
     points : array (k, 3)
         Ends of straight moves of the contact in the work, mm.
     turns : array (k, 4)
@@ -65,6 +67,7 @@ class ProgramPath(ByValue):
     speeds: Floats = field(default_factory=lambda: _none(0, 6))
     names: tuple[str, ...] = ()
     retract: Floats = field(default_factory=lambda: _none(0, 6))
+    paces: Floats = field(default_factory=lambda: _none(0))
     points: Floats = field(default_factory=lambda: _none(0, 3))
     turns: Floats = field(default_factory=lambda: _none(0, 4))
     feeds: Floats = field(default_factory=lambda: _none(0))

@@ -7,22 +7,21 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.program_path import ProgramPath
-from sdpgrind.finishing._program.statements import Moves, misread, single
+from sdpgrind.finishing._program.statements import NUMBER, Moves, misread, single
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_PAIR = re.compile(rf"\s*([A-Z]\d?)\s+({_NUMBER})\s*")
+_PAIR = re.compile(rf"\s*([A-Z]\d?)\s+({NUMBER})\s*")
 _FORMS = (
     ("name", re.compile(r"DEF ([A-Za-z]\w*)\(\)")),
     ("call", re.compile(r"([A-Za-z]\w*)\(\)")),
     ("skip", re.compile(r"BAS\(#(?:INITMOV,0|VEL_PTP,\d+)\)|\$ORI_TYPE=#VAR|HALT")),
-    ("acceleration", re.compile(rf"\$ACC\.CP=({_NUMBER})")),
+    ("acceleration", re.compile(rf"\$ACC\.CP=({NUMBER})")),
     ("frame", re.compile(r"\$(TOOL|BASE)=\{(.*)\}")),
     (
         "coupled",
         re.compile(r"\$(BASE)=EK\(MACHINE_DEF\[(\d+)\]\.ROOT,MACHINE_DEF\[(\d+)\]\.MECH_TYPE,\{(.*)\}\)"),
     ),
-    ("feed", re.compile(rf"\$VEL\.CP=({_NUMBER})")),
-    ("distance", re.compile(rf"\$APO\.CDIS=({_NUMBER})")),
+    ("feed", re.compile(rf"\$VEL\.CP=({NUMBER})")),
+    ("distance", re.compile(rf"\$APO\.CDIS=({NUMBER})")),
     ("joints", re.compile(r"PTP \{(.*)\}")),
     ("line", re.compile(r"LIN \{(.*)\}( C_DIS)?")),
     ("end", re.compile(r"END")),

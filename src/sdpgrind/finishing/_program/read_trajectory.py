@@ -7,11 +7,10 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats, shown
 from sdpgrind.finishing._program.program_path import ProgramPath
+from sdpgrind.finishing._program.trajectory import HEADER, NANOSECONDS
 
 _TO_OURS = {"rad": 1.0, "m": 1000.0}  # rad, mm
-_NANO = 10**9  # derived
 _POINT = {"positions", "velocities", "time_from_start"}
-_HEADER = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
 
 
 def read_trajectory(text: str) -> ProgramPath:
@@ -29,8 +28,8 @@ def read_trajectory(text: str) -> ProgramPath:
         raise ValueError(f"text must be JSON; {' '.join(str(error).split())}") from None
     _keys(told, {"about", "units", "trajectory"}, "text")
     _keys(told["trajectory"], {"header", "joint_names", "points"}, "trajectory of the text")
-    if told["trajectory"]["header"] != _HEADER:
-        raise ValueError(f"header of the text must be {json.dumps(_HEADER)}: begin at once, no frame")
+    if told["trajectory"]["header"] != HEADER:
+        raise ValueError(f"header of the text must be {json.dumps(HEADER)}: begin at once, no frame")
     names, factors = _joints(told["trajectory"]["joint_names"], told["units"])
     points = told["trajectory"]["points"]
     if not isinstance(points, list) or len(points) < 2:
@@ -71,11 +70,11 @@ def _seconds(told: Any, k: int) -> float:
     name = f"time_from_start of point {k} of the text"
     _keys(told, {"sec", "nanosec"}, name)
     sec, nano = told["sec"], told["nanosec"]
-    if type(sec) is not int or type(nano) is not int or not (0 <= sec < 2**31 and 0 <= nano < _NANO):
+    if type(sec) is not int or type(nano) is not int or not (0 <= sec < 2**31 and 0 <= nano < NANOSECONDS):
         raise ValueError(
-            f"{name} must be whole sec and nanosec, 0 to {_NANO - 1}; got {shown(sec)}, {shown(nano)}"
+            f"{name} must be whole sec and nanosec, 0 to {NANOSECONDS - 1}; got {shown(sec)}, {shown(nano)}"
         )
-    return sec + nano / _NANO
+    return sec + nano / NANOSECONDS
 
 
 def _column(points: list[Any], key: str, count: int) -> Floats:

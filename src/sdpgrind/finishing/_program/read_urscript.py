@@ -8,20 +8,17 @@ from scipy.spatial.transform import Rotation
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.program_path import ProgramPath
-from sdpgrind.finishing._program.statements import Moves, misread, numbers
+from sdpgrind.finishing._program.statements import NUMBER, Moves, misread, numbers
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_SIX = rf"\[((?:\s*{_NUMBER}\s*,){{5}}\s*{_NUMBER}\s*)\]"
+_SIX = rf"\[((?:\s*{NUMBER}\s*,){{5}}\s*{NUMBER}\s*)\]"
 _FORMS = {
     "name": re.compile(r"def ([A-Za-z]\w*)\(\):"),
     "tool": re.compile(rf"set_tcp\(p{_SIX}\)"),
     "work": re.compile(rf"work = p{_SIX}"),
-    "movej": re.compile(rf"movej\({_SIX}, a=({_NUMBER}), v=({_NUMBER})\)"),
-    "movel": re.compile(
-        rf"movel\(pose_trans\(work, p{_SIX}\), a=({_NUMBER}), v=({_NUMBER}), r=({_NUMBER})\)"
-    ),
-    "servoj": re.compile(rf"servoj\({_SIX}, t=({_NUMBER})\)"),
-    "stop": re.compile(rf"stop[jl]\(({_NUMBER})\)"),
+    "movej": re.compile(rf"movej\({_SIX}, a=({NUMBER}), v=({NUMBER})\)"),
+    "movel": re.compile(rf"movel\(pose_trans\(work, p{_SIX}\), a=({NUMBER}), v=({NUMBER}), r=({NUMBER})\)"),
+    "servoj": re.compile(rf"servoj\({_SIX}, t=({NUMBER})\)"),
+    "stop": re.compile(rf"stop[jl]\(({NUMBER})\)"),
     "end": re.compile(r"end"),
     "call": re.compile(r"([A-Za-z]\w*)\(\)"),
 }
@@ -63,7 +60,7 @@ def _take(moves: Moves, kind: str, groups: tuple[Any, ...], number: int) -> None
     elif kind == "work":
         moves.work = _pose(groups[0])
     elif kind == "movej":
-        moves.turn_joints(np.array(numbers(groups[0])))
+        moves.turn_joints(np.array(numbers(groups[0])), float(groups[2]))
     elif kind == "movel":
         pose = _pose(groups[0])
         moves.line(pose, _METRE * float(groups[2]), _METRE * float(groups[3]), ())

@@ -8,6 +8,8 @@ from sdpgrind.base.checks import Floats, shown
 from sdpgrind.finishing._program.program_path import ProgramPath
 from sdpgrind.finishing._program.turns import turns_of
 
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+
 
 def misread(language: str, number: int, line: str) -> ValueError:
     """Return the error of a line that is not understood."""
@@ -37,6 +39,7 @@ class Moves:
     time: list[float] = field(default_factory=list)
     joints: list[Floats] = field(default_factory=list)
     retract: list[Floats] = field(default_factory=list)
+    paces: list[float] = field(default_factory=list)
     poses: list[Floats] = field(default_factory=list)
     feeds: list[float] = field(default_factory=list)
     radii: list[float] = field(default_factory=list)
@@ -45,8 +48,9 @@ class Moves:
     begun: list[list[float]] = field(default_factory=list)
     axes: list[list[float]] = field(default_factory=list)
 
-    def turn_joints(self, joints: Floats) -> None:
-        """Take a joint move, rad."""
+    def turn_joints(self, joints: Floats, pace: float | None = None) -> None:
+        """Take a joint move, rad, and the speed of its leading joint, rad/s, where the text tells it."""
+        self.paces += [] if pace is None else [pace]
         (self.retract if self.time or self.poses else self.approach).append(joints)
 
     def line(
@@ -101,6 +105,7 @@ class Moves:
             time=np.array(self.time),
             joints=np.array(self.joints).reshape(-1, count),
             retract=np.array(self.retract).reshape(-1, count),
+            paces=np.array(self.paces),
             points=poses[:, :3, 3].copy(),
             turns=turns_of(poses) if len(poses) else np.empty((0, 4)),
             feeds=np.array(self.feeds),

@@ -13,7 +13,7 @@ NANOSECONDS = 10**9  # derived
 # changes the feed by 1e-6 mm/s
 _DECIMALS = 12
 _SI = {"rad": ("rad", 1.0), "mm": ("m", 1 / MM_PER_M)}
-_HEADER = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}  # a stamp of 0: begin at once
+HEADER = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}  # a stamp of 0: begin at once
 
 
 def trajectory(
@@ -38,7 +38,7 @@ def trajectory(
         for time, place, pace in zip(times.tolist(), places * factors, speeds * factors, strict=True)
     )
     about = f'"about": {json.dumps(head, indent=1)},\n"units": {json.dumps(si)}'
-    message = f'"header": {json.dumps(_HEADER)}, "joint_names": {json.dumps(list(names))}'
+    message = f'"header": {json.dumps(HEADER)}, "joint_names": {json.dumps(list(names))}'
     lines = ",\n  ".join(points)
     return f'{{{about},\n"trajectory": {{{message}, "points": [\n  {lines}\n]}}}}\n'
 

@@ -21,6 +21,7 @@ from sdpgrind.finishing._program.form import (
 
 _METRES = LENGTH + 3
 PERIOD = 0.008  # s, source: URScript manual, period of servoj of CB series
+_PACE = 5  # derived: decimals of rad/s; 1e-5 rad/s move a contact by less than 0.05 mm/s
 _SLOWING = 2.0  # rad/s^2, chosen: a stream that ends at rest needs none
 
 
@@ -38,14 +39,20 @@ def script(blocks: Blocks, form: TextForm) -> str:
     return _whole(form, [*head, *lines, f"stopl({a:.4f})"])
 
 
-def stream(time: Floats, joints: Floats, form: TextForm, end: Floats) -> str:
-    """Write joints for every 8 ms, from the first, to which a joint move leads."""
+def stream(
+    time: Floats, joints: Floats, form: TextForm, end: Floats, paces: tuple[float, float] = (SLOW, SLOW)
+) -> str:
+    """Write joints for every 8 ms, from the first, to which a joint move leads, and off again to the end.
+
+    `paces`: greatest speeds of the leading joint in these two moves, rad/s.
+    """
     steps = (
         f"servoj([{told(row, ANGLE)}], t={step:.6f})"
         for step, row in zip(np.diff(time), joints[1:], strict=True)
     )
-    moves = [_joint_move(form.start), _joint_move(joints[0])]
-    return _whole(form, [*moves, *steps, f"stopj({_SLOWING})", _joint_move(end), f"stopj({_SLOWING})"])
+    moves = [_joint_move(form.start), _joint_move(joints[0], paces[0])]
+    off = [f"stopj({_SLOWING})", _joint_move(end, paces[1]), f"stopj({_SLOWING})"]
+    return _whole(form, [*moves, *steps, *off])
 
 
 def _whole(form: TextForm, lines: Iterable[str]) -> str:
@@ -53,8 +60,9 @@ def _whole(form: TextForm, lines: Iterable[str]) -> str:
     return "\n".join([*commented(form.head, "#"), *body]) + "\n"
 
 
-def _joint_move(joints: Floats) -> str:
-    return f"movej([{told(joints, ANGLE)}], a={2 * SLOW}, v={SLOW})"
+def _joint_move(joints: Floats, pace: float = SLOW) -> str:
+    v = f"{SLOW}" if pace >= SLOW else floored(pace, _PACE)
+    return f"movej([{told(joints, ANGLE)}], a={2 * SLOW}, v={v})"
 
 
 def _pose(point: Floats, turn: Floats) -> str:

@@ -22,6 +22,9 @@ def sweep(E, F, G, d, most):
     """
     n, m = d.shape
     least = 1e-9 * np.sqrt(min(E.max(), G.max()))
+    # Of the two nodes of a shorter step's triangle one may lie in an earlier row and one in a later one: no
+    # sweep by rows visits both before the node between. One by columns does, where they are both to one side.
+    orders = 8 if np.any(np.abs(F) > np.minimum(E, G)) else 4
     changed = np.where(d < np.inf, 0, -1)  # sweep in which a node last changed
     due = np.zeros((n, m), np.bool_)  # a neighbour on the grid has changed since
     for i in range(n):
@@ -30,23 +33,28 @@ def sweep(E, F, G, d, most):
                 _call(due, i, j)
     for rounds in range(1, most + 1):
         change = 0.0
-        for corner in range(4):
-            number = 4 * (rounds - 1) + corner + 1
-            for a in range(n):
-                i = a if corner & 1 == 0 else n - 1 - a
-                for b in range(m):
-                    j = b if corner & 2 == 0 else m - 1 - b
-                    if not due[i, j] and _settled(E[i, j], F[i, j], G[i, j], changed, i, j, number - 1):
-                        continue
-                    due[i, j] = False
-                    found = _least(E[i, j], F[i, j], G[i, j], d, i, j)[0]
-                    if found < d[i, j]:
-                        change = max(change, d[i, j] - found)
-                        d[i, j], changed[i, j] = found, number
-                        _call(due, i, j)
+        for order in range(orders):
+            number = orders * (rounds - 1) + order + 1
+            for k in range(n * m):
+                i, j = _visited(k, n, m, order)
+                if not due[i, j] and _settled(E[i, j], F[i, j], G[i, j], changed, i, j, number - 1):
+                    continue
+                due[i, j] = False
+                found = _least(E[i, j], F[i, j], G[i, j], d, i, j)[0]
+                if found < d[i, j]:
+                    change = max(change, d[i, j] - found)
+                    d[i, j], changed[i, j] = found, number
+                    _call(due, i, j)
         if change <= least:
             return rounds
     return most + 1
+
+
+@compiled
+def _visited(k, n, m, order):
+    """Node number k of a sweep: by rows in orders 0 to 3, by columns in 4 to 7, each from another corner."""
+    i, j = (k // m, k % m) if order < 4 else (k % n, k // n)
+    return n - 1 - i if order & 1 else i, m - 1 - j if order & 2 else j
 
 
 @compiled

@@ -18,7 +18,9 @@ from sdpgrind.finishing.path._square import Square
 # nodes take other steps than its own (`_eikonal_kernels`) twice as many make passes of 0.5 mm 1.02 pitches
 # apart instead of 1.08
 NODES = 257
-SWEEPS, REFINEMENTS = 60, 2  # chosen: limit of the sweeps, and passes of second order
+# chosen: limit of the rounds of sweeps; where lines of the grid meet at 0.05 rad and more, 100 have done
+ROUNDS = 200
+REFINEMENTS = 2  # chosen: passes of second order
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +62,20 @@ def solved(E: Floats, F: Floats, G: Floats) -> Floats:
     d = np.full(E.shape, np.inf)
     d[:, 0] = 0.0
     fixed = d.ravel() == 0.0
-    sweep(E, F, G, d, SWEEPS)
+    if sweep(E, F, G, d, ROUNDS) > ROUNDS:
+        raise ValueError(
+            "mapping must be another one than 'geodesic' on a grid whose lines are nearly parallel: distances"
+            f" still fall after {ROUNDS} rounds; got lines that meet at {_least_angle(E, F, G):.2g} rad"
+        )
     known = np.where(d == 0.0, 0.0, np.inf)
     for _ in range(REFINEMENTS):
         refine(E, F, G, d, known, np.argsort(d, axis=None, kind="stable"), fixed)
     return d
+
+
+def _least_angle(E: Floats, F: Floats, G: Floats) -> float:
+    """Least angle between lines of the grid, rad."""
+    return float(np.arctan2(np.sqrt(np.maximum(E * G - F**2, 0.0)), np.abs(F)).min())
 
 
 def refuse_folds(field: Field, along: str) -> None:

@@ -4,6 +4,8 @@ import math
 
 from sdpgrind.base.quantities import Described, described, quantity
 
+AIR_FEEDS = 0.1, 3000.0  # mm/s, chosen: no robot that holds such a tool moves faster
+
 
 @described("finishing.lift")
 class Lift(Described):
@@ -38,7 +40,7 @@ class Lift(Described):
     height: float = quantity("mm", above=0, usual=(0.1, 2000.0), typical=20, default=20.0)
     angle: float = quantity("rad", above=0, default=math.pi / 2)
     radius: float = quantity("mm", above=0, usual=(0.01, 1000.0), typical=5, default=5.0)
-    air_feed: float = quantity("mm/s", above=0, usual=(0.1, 1e4), typical=100, default=100.0)
+    air_feed: float = quantity("mm/s", above=0, usual=AIR_FEEDS, typical=100, default=100.0)
 
     def _check(self) -> None:
         if self.angle > math.pi / 2:

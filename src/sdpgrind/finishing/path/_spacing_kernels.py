@@ -3,7 +3,6 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.base.curve_kernels import hermite
 
 
 @compiled
@@ -39,9 +38,10 @@ def _value(total, slope, across, place):
 
 @compiled
 def _cubic(total, slope, across, j, t):
-    """Distance in interval `j` at the share `t`."""
-    h = across[j + 1] - across[j]
-    return hermite(t, total[j], total[j + 1], slope[j] * h, slope[j + 1] * h)
+    """Distance in interval `j` at the share `t`: Hermite's cubic."""
+    h, rise = across[j + 1] - across[j], total[j + 1] - total[j]
+    left, right = slope[j] * h, slope[j + 1] * h
+    return total[j] + t * (left + t * (3.0 * rise - 2.0 * left - right + t * (left + right - 2.0 * rise)))
 
 
 @compiled

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.base.halving import halved
 from sdpgrind.finishing.path._bends import LineStretch, PassBend, bends
 from sdpgrind.finishing.path._mappings import Mapping, mapping_of
 from sdpgrind.finishing.path._square import Square
@@ -145,11 +146,7 @@ class TrimmedSquare:
 
     def _crossings(self, low: Floats, high: Floats, first: Bools, c: Floats) -> Floats:
         """Places between `low` and `high` where lines cross the trimming, by bisection."""
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2
-            same = self._on(middle, c) == first
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
-        return (low + high) / 2
+        return halved(low, high, lambda middle: np.asarray(self._on(middle, c) == first), HALVINGS)
 
     def drawn(self, s: Floats, length: float, c: Floats, way: float) -> Floats:
         """Places a length (mm) along lines at c from places s."""

@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     from sdpgrind.finishing.placement._proof import Proof
 
 ROBOT = "0.35"
-LIMBS = (
-    3  # chosen: postures of the robot that are drawn, at the start, in the middle and at the end of the path
-)
+# chosen: postures of the robot that are drawn, at the start, in the middle and at the end of the path
+LIMBS = 3
 
 
 def plot(placement: "Placement") -> Any:

@@ -4,12 +4,23 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quantities import another_unit
 from sdpgrind.finishing.surface._control_net import clamped
 from sdpgrind.finishing.surface._surface import Surface
 
 # Control points of a quarter of the unit circle as a rational parabola, and their weights.
 QUARTER = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 QUARTER_WEIGHTS = np.array([1.0, np.sqrt(0.5), 1.0])
+
+_USUAL, _TYPICAL = (0.5, 2e4), 50.0  # mm, chosen: a smaller or greater work is in metres or micrometres
+
+
+def _size(name: str, value: float) -> float:
+    """Check a size of a work, mm."""
+    size = checks.positive(name, value, "mm")
+    if not _USUAL[0] <= size <= _USUAL[1]:
+        raise ValueError(another_unit(name, value, "mm", _USUAL, _TYPICAL))
+    return size
 
 
 def nominal_surface() -> Surface:
@@ -39,14 +50,14 @@ def flat_surface(side: float = 50.0) -> Surface:
     Raises
     ------
     ValueError
-        When the side is not > 0.
+        When the side is not > 0, or beyond all that is finished (0.5 mm to 20 m).
 
     Examples
     --------
     >>> flat_surface(20.0).area
     400.0
     """
-    ends = np.array([0.0, checks.positive("side", side, "mm")])
+    ends = np.array([0.0, _size("side", side)])
     return _over(ends, ends, np.zeros((2, 2)), degree=(1, 1))
 
 
@@ -63,7 +74,7 @@ def cylinder_surface(radius: float, length: float, *, inside: bool = False) -> S
     Raises
     ------
     ValueError
-        When one is not > 0.
+        When one is not > 0, or beyond all that is finished (0.5 mm to 20 m).
 
     Examples
     --------
@@ -71,7 +82,7 @@ def cylinder_surface(radius: float, length: float, *, inside: bool = False) -> S
     >>> round(float(groove.mean_curvature(0.5, 0.5)), 12)  # 1/mm
     0.025
     """
-    radius, length = checks.positive("radius", radius, "mm"), checks.positive("length", length, "mm")
+    radius, length = _size("radius", radius), _size("length", length)
     x, z = radius * QUARTER.T
     net = [np.stack([x, np.full(3, y), z], axis=-1) for y in (0.0, length)]
     return Surface.nurbs(net, [QUARTER_WEIGHTS] * 2, degree=(1, 2), outward=-1 if inside else 1)
@@ -90,7 +101,7 @@ def sphere_surface(radius: float, *, inside: bool = False) -> Surface:
     Raises
     ------
     ValueError
-        When it is not > 0.
+        When it is not > 0, or beyond all that is finished (0.5 mm to 20 m).
 
     Examples
     --------
@@ -98,7 +109,7 @@ def sphere_surface(radius: float, *, inside: bool = False) -> Surface:
     >>> ball.normal(0.3, 1.0).round(12) + 0.0  # at the pole, where an edge is one point
     array([0., 0., 1.])
     """
-    radius = checks.positive("radius", radius, "mm")
+    radius = _size("radius", radius)
     across, up = QUARTER.T
     net = np.stack([np.outer(x, across) for x in QUARTER.T] + [np.broadcast_to(up, (3, 3))], axis=-1)
     weights = np.outer(QUARTER_WEIGHTS, QUARTER_WEIGHTS)

@@ -15,9 +15,8 @@ _LEAST = 8  # chosen: readings for three values and an estimate of their noise
 _FREE = 1.75  # derived: rms of residuals over that of rounding; rounding alone gives at most sqrt(3)
 # phases of the counts, and motions each way within a count; chosen: fewer miss the worst, more cost time
 _PLACES, _NEAR = 64, 9
-_SMOOTH = (
-    0.95  # chosen: correlation of readings that noise stays below; the tool in contact gives 0.957 to 0.98
-)
+# chosen: correlation of readings that noise stays below; the tool in contact gives 0.957 to 0.98
+_SMOOTH = 0.95
 _SIGMAS = 4.5  # chosen: rejects one good Gaussian reading in 150 000
 _COMPONENTS = 4  # measured: polynomials that tell the noise; 8 hold 92 % at a correlation of 0.8, 3 tell less
 _BEAT = 2.0  # chosen: variance over that of random rounding from which a beat of the counts is feared

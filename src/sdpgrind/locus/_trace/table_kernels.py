@@ -6,9 +6,8 @@ from sdpgrind.base.compiling.compiled import compiled
 
 INSIDE, BELOW, ABOVE, NO_KEY = range(4)
 """Result of a look-up: key in the table, below or above it (clamped), or NaN."""
-HEAD = (
-    5  # derived: numbers of nodes, columns, guide cells (by their bits); least key; cells per unit of the key
-)
+# derived: numbers of nodes, columns, guide cells (by their bits); least key; cells per unit of the key
+HEAD = 5
 
 
 @compiled(inline="always")

@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.locus._path.calibration import hidden_ranges
 from sdpgrind.locus._path.stretch import Stretch
-from sdpgrind.locus.gains._drift import ROOM, Drift
+from sdpgrind.locus.gains._drift import NEAR, ROOM, ROUNDS, Drift
 from sdpgrind.locus.gains._gain_schedule import GainSchedule
 from sdpgrind.locus.gains._least_value import least
 from sdpgrind.locus.gains._loops import Lag, Pid, radius, sampled_radius
@@ -226,14 +226,14 @@ class GainDesign(Frozen):
             self.check(self.gain if gain is None else gain, warn=False)
         drift = Drift(self.stretch, self.loose, self.tight, rate, self._by_place(gain), self.start)
         margin = max(drift.worst(0.0), 0.0)
-        for _ in range(20):
+        for _ in range(ROUNDS):
             left = drift.worst(margin)
-            if left <= 0 or not np.isfinite(margin):
+            if left <= NEAR * margin:
+                return ROOM * margin
+            if not np.isfinite(margin):
                 break
             margin += 1.02 * left
-        if not np.isfinite(margin):
-            raise ValueError(f"rate must be so small that the loop keeps up with it; got {rate:g}")
-        return ROOM * margin
+        raise ValueError(f"rate must be so small that the loop keeps up with it; got {rate:g}")
 
     def _by_place(self, gain: float | GainSchedule | None) -> Callable[[Floats], Floats]:
         if isinstance(gain, GainSchedule):

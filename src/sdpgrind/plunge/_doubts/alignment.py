@@ -8,6 +8,7 @@ import numpy as np
 from sdpgrind.base.columns.commands import ALIGNMENTS, read_as
 from sdpgrind.base.doubts.alignment import Alignment, preferred
 from sdpgrind.plunge._doubts.lag import LagFit, LagPart, fitted
+from sdpgrind.plunge._identify import time_constant
 from sdpgrind.plunge._identify.cycles import MOVING, Cycle
 
 _AIR = 2.0  # chosen: ratio of variances that noise alone does not reach, and an approach of 3 um does
@@ -40,13 +41,24 @@ def _read_as(part: LagPart, commands_at: str, alignment: str) -> LagPart:
 
 
 def _in_contact(cycle: Cycle) -> LagPart:
-    """All rows; those from the last still size on where the lag fits these better than noise explains."""
-    whole = LagPart(cycle.time, cycle.command_rate, cycle.size)
-    first = max(int(np.argmax(cycle.moving)) - 1, 0)
-    moving = LagPart(cycle.time[first:], cycle.command_rate[first:], cycle.size[first:])
-    if first == 0 or np.isfinite(moving.size).sum() < MOVING:
-        return whole
-    return moving if _variance(whole) > _AIR * _variance(moving) else whole
+    """All rows; those from where the size moves, or from contact, if the lag fits these far better."""
+    kept = LagPart(cycle.time, cycle.command_rate, cycle.size)
+    for first in (_moving(cycle), _touching(cycle)):
+        later = LagPart(cycle.time[first:], cycle.command_rate[first:], cycle.size[first:])
+        enough = np.isfinite(later.size).sum() >= MOVING
+        if enough and later.time[0] > kept.time[0] and _variance(kept) > _AIR * _variance(later):
+            kept = later
+    return kept
+
+
+def _moving(cycle: Cycle) -> int:
+    """Row before the first moving size."""
+    return max(int(np.argmax(cycle.moving)) - 1, 0)
+
+
+def _touching(cycle: Cycle) -> int:
+    """Row at contact, also where noise feigns a moving size in the air."""
+    return int(np.argmax(cycle.infeed >= time_constant.fit(cycle).value[2]))
 
 
 def _variance(course: LagPart) -> float:

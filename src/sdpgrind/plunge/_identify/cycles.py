@@ -160,7 +160,7 @@ def concluded(estimate: idf.Estimate, reason: str) -> idf.Estimate:
     if not estimate.ok:
         return not_identified(name, unit, reason)
     if not estimate.value[0] > estimate.sd[0]:
-        shown = f"{estimate.value[0]:.3g} ± {estimate.sd[0]:.3g} {unit}".rstrip(" 1")
+        shown = f"{estimate.value[0]:.3g} ± {estimate.sd[0]:.3g} {unit}".removesuffix(" 1")
         return not_identified(name, unit, f"{reason} ({shown})")
     return estimate
 

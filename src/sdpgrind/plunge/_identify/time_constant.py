@@ -23,7 +23,9 @@ _CURVED = (
     "the linear model leaves more than noise: at other rates the lag is another; in spark-out with `problem`"
 )
 _BLOCK, _RARELY = 32, 1e-3  # measured, chosen: readings of a mean; white noise counts as curvature so rarely
+_STRAIGHT = 48  # measured: readings over which a misfit of the lag is a line
 _SIGNIFICANT = 8.0  # derived: square of a normal value exceeded once in 200 by chance, in variances
+_AT_END = 1e-8  # chosen: distance from the end of its range at which a touch-in counts as held there, mm
 _ALIKE = 0.866  # chosen: correlation with the touch-in from which it doubles the sd of the time constant
 
 
@@ -56,11 +58,23 @@ def fitted(cycle: Cycle, noise: str = "first order") -> idf.Estimate:
 
 
 def fit(cycle: Cycle, noise: str = "first order", *, size: int = 3, correlation: float = 0.0) -> idf.Estimate:
-    """The first `size` values of `fitted` by least squares of residuals filtered by a known correlation."""
+    """The first `size` values of `fitted` by least squares of residuals filtered by a known correlation.
+
+    The touch-in is sought before the first moving size. Noise that resembles the reading before may feign one
+    in the air: a touch-in that ends there is sought in all that the command feeds.
+    """
+    first = max(float(cycle.infeed[int(np.argmax(cycle.moving))]), 1e-6)
+    found = _fit_before(first, cycle, noise, size, correlation)
+    if size < 3 or found.value[2] < first - _AT_END:
+        return found
+    return _fit_before(float(cycle.infeed[-1]), cycle, noise, size, correlation)
+
+
+def _fit_before(last: float, cycle: Cycle, noise: str, size: int, correlation: float) -> idf.Estimate:
+    """`fit` of a touch-in up to `last`, mm."""
     low, high = np.log(RANGE)
     begin = min(np.linspace(low, high, 25), key=lambda entry: float(np.var(residual(cycle, [entry]))))
     offset = float(np.mean(residual(cycle, [begin])))
-    first = max(float(cycle.infeed[int(np.argmax(cycle.moving))]), 1e-6)
     time = cycle.time[cycle.read]
     apart = serial.gaps(time, time.size)
     return idf.output_error(
@@ -68,7 +82,7 @@ def fit(cycle: Cycle, noise: str = "first order", *, size: int = 3, correlation:
         [begin, offset, 0.0][:size],
         scale=[0.1, 1e-3, 1e-3][:size],
         low=[low, -np.inf, -float(cycle.infeed[-1])][:size],
-        high=[high, np.inf, first][:size],
+        high=[high, np.inf, last][:size],
         noise=noise,
         time=time,
         throw=False,
@@ -86,17 +100,19 @@ def residual(cycle: Cycle, values: npt.ArrayLike) -> Floats:
 def _curved(cycle: Cycle, found: idf.Estimate) -> bool:
     """Whether block means of the whitened residuals differ by more than their noise (chi-square test).
 
-    The correlation is that of neighbours, from their differences, which slow misfit does not raise.
+    The correlation is that about local lines, which slow misfit does not raise, and a margin for its error:
+    the more alike the readings, the more an error of it would make of their means.
     """
     off = residual(cycle, found.value)
-    near, next_but_one = np.diff(off), off[2:] - off[:-2]
-    alike = next_but_one @ next_but_one / max(float(near @ near), 1e-300) - 1 + off.size**-0.5
-    rho = min(found.noise_correlation, max(float(alike), 0.0))
+    if off.size < 2 * _BLOCK:
+        return False
+    alike = serial.local_correlation(off, _STRAIGHT)
+    rho = min(found.noise_correlation, alike + 0.5 * (1 + alike) * float(off.size) ** -0.5)
     white = serial.filtered(off, rho, serial.gaps(cycle.time[cycle.read], off.size))
     count = white.size // _BLOCK
     means = white[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)
     noise = max(float(np.mean(np.diff(white) ** 2)) / 2, 1e-12) / _BLOCK
-    return count > 1 and bool(means @ means > noise * chdtri(count - 1, _RARELY))
+    return bool(means @ means > noise * chdtri(count - 1, _RARELY))
 
 
 def _of_logarithm(found: idf.Estimate) -> idf.Estimate:

@@ -16,9 +16,8 @@ from sdpgrind.sdp._transitions.sampled import Sampled
 from sdpgrind.sdp._transitions.shift import Shift
 
 LARGEST = 2.0 * 2**30  # chosen: bytes of tables without a given limit; more does not fit a small machine
-COPIES = (
-    2.2  # measured: largest memory of a solve over its tables of shifts, 1.4 to 2.1 on the weld-bead presets
-)
+# measured: largest memory of a solve over its tables of shifts, 1.4 to 2.1 on the weld-bead presets
+COPIES = 2.2
 FIXED = 2e6  # measured: bytes of a solve beyond that on small grids, 0.5 to 1.7 MB on 101 and 201 nodes
 CHECK = 1.3  # measured: time of a grid with the check of its look-ups over that without, at most
 

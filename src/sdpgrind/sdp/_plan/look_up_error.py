@@ -22,9 +22,8 @@ from sdpgrind.sdp._transitions.shift import Shift
 PARTS = tuple(k / 8 for k in range(1, 8))  # chosen: tested positions in a cell; fewer miss its largest error
 NARROW = 0.1  # chosen: largest sd of a move treated as deterministic, cells; wider ones average the chord
 POINTS = 1400  # chosen: tested points, in the most curved cells; fewer miss the largest error, more cost time
-TOGETHER = (
-    256  # chosen: points tested at once; more take more memory than the solve, some 80 bytes a node each
-)
+# chosen: points tested at once; more take more memory than the solve, some 80 bytes a node each
+TOGETHER = 256
 
 
 def between_nodes(policy: Solution, *, off_jumps: bool = False) -> float:

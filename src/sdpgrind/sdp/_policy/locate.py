@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base.checks import Floats, refuse
+from sdpgrind.base.checks import Floats, reals, refuse
 from sdpgrind.sdp._problem.countdown import ROUNDING, Countdown
 from sdpgrind.sdp._problem.grid import Ints
 from sdpgrind.sdp._problem.layout import Layout
@@ -45,7 +45,8 @@ class Locator:
         if set(state) - {"mode"} != set(names):
             wanted = ", ".join([*names, "mode"] if len(layout.modes) > 1 else names)
             raise TypeError(f"a state is given by {wanted}; got {', '.join(state) or 'nothing'}")
-        numbers = (np.asarray(state[name], dtype=float) for name in names)
+        units = [axis.unit for axis in layout.axes] + ([] if layout.endless else [layout.stage_unit])
+        numbers = (reals(name, state[name], unit) for name, unit in zip(names, units, strict=True))
         *arrays, modes = np.broadcast_arrays(*numbers, np.asarray(self.mode(state.get("mode", 0))))
         points = tuple(np.ravel(a) for a in arrays[: len(layout.axes)])
         mode = np.ravel(modes).astype(np.int64)

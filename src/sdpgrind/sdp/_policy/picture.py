@@ -22,9 +22,8 @@ def plot(policy: Solution, mode: int) -> Any:
         return _curves(policy, figure, left, right, mode)
     elif len(grid.axes) >= 2:
         x, y = grid.coordinates[0], grid.coordinates[1]
-        shape = grid.shape if len(grid.axes) == 2 else (*grid.shape[:2], grid.shape[2])
         middle = (..., grid.shape[2] // 2) if len(grid.axes) == 3 else ...
-        value, best = t.value[-1, mode].reshape(shape)[middle].T, t.best[-1, mode].reshape(shape)[middle].T
+        value, best = (each[-1, mode].reshape(grid.shape)[middle].T for each in (t.value, t.best))
         names = (_label(policy, 0), _label(policy, 1))
     else:
         x, y = policy.countdown.time(np.arange(skip, t.value.shape[0])), np.arange(float(len(layout.modes)))

@@ -55,7 +55,7 @@ def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
     _check(policy)
     layout, codes, controls = policy.layout, Codes.of(policy), policy._controls
     told = asked.told(controls, tuple(_TOLD), ("gap",))
-    small, notes = small_tables(policy, asked.precision, asked.lost_max, told)
+    small, notes = small_tables(policy, asked.precision, asked.lost_max, told, asked.tell)
     lists, level = _listed(policy, codes, controls)
     log, bent = any(axis.scale == "log" for axis in layout.axes), bent_stop(policy)
     step = {

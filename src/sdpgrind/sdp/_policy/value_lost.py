@@ -9,6 +9,7 @@ without a minimum. Then G - V is exact for the chain on the nodes that the table
 so that the sum over stages of the first term is a bound that needs no G.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,8 +42,22 @@ class ValueLost:
     bound: float
 
 
-def value_lost(solution: Solution, control: Floats) -> ValueLost:
-    """Return what a policy loses with other controls [row, mode, node]; moves and entries are its own."""
+def value_lost(
+    solution: Solution, control: Floats, tell: Callable[[float], None] = lambda share: None
+) -> ValueLost:
+    """Return what a policy loses with other controls [row, mode, node]; moves and entries are its own.
+
+    `tell` is called with the share that is done.
+    """
+    found = value_lost_within(solution, control, np.inf, tell)
+    assert found is not None  # nothing is more than infinite
+    return found
+
+
+def value_lost_within(
+    solution: Solution, control: Floats, most: float, tell: Callable[[float], None]
+) -> ValueLost | None:
+    """Return the `value_lost`; None: it is more than `most` ($), which mostly shows after a few stages."""
     follow = _Following(solution, control)
     lost = np.empty(len(solution.table.value))
     once = np.empty(lost.size)
@@ -50,7 +65,10 @@ def value_lost(solution: Solution, control: Floats) -> ValueLost:
         value = solution.table.value[row]
         first = follow.advance(row)
         lost[row] = np.max(follow.cost[row] - value)
+        if lost[row] > most:
+            return None
         once[row] = max(0.0, float(np.max(first - value)))
+        tell((row + 1) / lost.size)
     return ValueLost(follow.cost, float(lost.max()), float(lost[-1]), float(once.sum()))
 
 

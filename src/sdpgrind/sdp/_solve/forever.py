@@ -25,6 +25,8 @@ from sdpgrind.sdp._transitions.sampled import Sampled
 
 SETTLED = 1e-11  # chosen: relative Bellman residual of a solution; a smaller one is rounding
 DIRECT = 6000  # chosen: most states of a direct policy evaluation; more fill too much memory
+ROUNDS = 5000  # chosen: of an evaluation by steps; a policy that needs more is improved by sweeps alone
+NEAR = 1e-8  # chosen: relative residual above which an evaluation counts as failed
 
 
 def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> StageTable:
@@ -111,10 +113,13 @@ def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: StageTab
         rest[mode * grid.size + node] = rows.charge + rows.stopped * stops.level()[rows.mode]
     step = transitions(found_rows, grid, size)
     found = settled(step, rest, value.ravel())
-    good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(
-        1.0, np.max(np.abs(found))
-    )
+    good = np.all(np.isfinite(found)) and _solves(found, step, rest)
     return found.reshape(value.shape) if good else value
+
+
+def _solves(value: Floats, step: Any, rest: Floats) -> bool:
+    """Whether value = rest + step value, nearly."""
+    return bool(np.max(np.abs(step @ value + rest - value)) <= NEAR * max(1.0, np.max(np.abs(value))))
 
 
 def transitions(found: list[tuple[Any, Any, Rows]], grid: Grid, size: int) -> Any:
@@ -156,19 +161,22 @@ def _place(problem: Problem, grid: Grid, mode: int, node: int) -> str:
 
 
 def settled(step: Any, rest: Floats, start: Floats) -> Floats:
-    """Return the solution ($) of value = rest + step value, NaN where there is none; `start`: near it."""
+    """Return the solution ($) of value = rest + step value; NaN where there is none or steps miss it.
+
+    `start`: near it.
+    """
     if start.size <= DIRECT:
         try:
             return np.asarray(splu(sparse.csc_array(sparse.eye_array(start.size) - step)).solve(rest))
         except RuntimeError:  # singular: endless policy
             return np.full(start.size, np.nan)
     value = start
-    for _ in range(5000):
+    for _ in range(ROUNDS):
         new = step @ value + rest
         if np.max(np.abs(new - value)) <= 1e-12 * max(1.0, float(np.max(np.abs(new)))):
-            break
+            return np.asarray(new)
         value = new
-    return np.asarray(new)
+    return np.asarray(new) if _solves(new, step, rest) else np.full(start.size, np.nan)
 
 
 def refuse_endless(problem: Problem, grid: Grid) -> None:

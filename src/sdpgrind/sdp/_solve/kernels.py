@@ -9,9 +9,8 @@ expectations have a kink at every node and are not interpolated.
 
 import numpy as np
 
-from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.base.compiling.compiled import REORDER, compiled
 
-REORDER = {"contract", "nsz", "reassoc"}  # chosen: fast sums, reordered and fused; NaN and infinity stay
 UNFUSED = REORDER - {"contract"}  # chosen: sums corrected term by term round each product before subtraction
 TIE_ABS, TIE_REL = 1e-9, 1e-7  # chosen: cost difference of a tie, $ and relative; smaller ones are rounding
 # measured: error of the cubic was 0.01 to 0.74 of its difference from the parabola. Of 200 random problems of

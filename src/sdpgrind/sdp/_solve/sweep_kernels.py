@@ -5,8 +5,8 @@ Symbols as in `kernels`.
 
 import numpy as np
 
-from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.sdp._solve.kernels import REORDER, _tie, push
+from sdpgrind.base.compiling.compiled import REORDER, compiled
+from sdpgrind.sdp._solve.kernels import _tie, push
 
 
 @compiled(fastmath=REORDER)

@@ -16,9 +16,8 @@ _READ = ("removal_rate", "cut_depth", "feed_rate", "grinding_power", "tangential
 _PRODUCT, _POWER = 0.3, 0.5
 _FREE = ", or the power is that of a motor, with what it takes while the disc touches nothing: take that off"
 _GAIN = 0.9  # chosen: share of the standard deviation below which more passes are worth a sentence
-_MORE = (
-    2  # chosen: passes at each end of the range; more narrow the interval little, by the root of their number
-)
+# chosen: passes at each end of the range; more narrow the interval little, by the root of their number
+_MORE = 2
 
 
 def of_power(problem: SequenceProblem, table: Any) -> list[str]:

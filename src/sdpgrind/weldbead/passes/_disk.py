@@ -9,10 +9,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described, part, quantity, valued
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead.passes._kernels import CutCore
-from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._process import ENERGIES, GrindingProcess, refuse_other_energy
 
 STEEPEST = 1.3  # chosen: rad; a relaxed angle above it is most likely in degrees
-ENERGIES = 1000.0  # chosen: J/mm^3; a specific energy above it is most likely in another unit
 FLATTEST = 0.02  # chosen: rad; least angle of the disc under load
 
 
@@ -120,11 +119,8 @@ class TiltedDisc(Described):
         if not 0 < angle <= STEEPEST:
             hint = "; units.deg(20) for degrees" if angle > STEEPEST else ""
             raise ValueError(f"relaxed_angle must be in (0, {STEEPEST:g}] (rad){hint}; got {angle!r}")
-        if self.model.specific_energy > ENERGIES:
-            raise ValueError(
-                "specific_energy must be in J/mm^3, some 10;"
-                f" got {self.model.specific_energy!r}: W/(N mm/s) or J/m^3 are meant?"
-            )
+        if self.model.specific_energy > ENERGIES[1]:  # a low one may be estimated
+            refuse_other_energy(self.model)
         if (self.rotational_stiffness is None) == (self.compliance is None):
             raise ValueError("either rotational_stiffness (N mm/rad) or compliance must be given")
         if self.power_max < self.model.idle_power:

@@ -12,6 +12,7 @@ from sdpgrind.base.warned import warn
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
 from sdpgrind.weldbead.passes._disk import TiltedDisc
 from sdpgrind.weldbead.sequence._burn import BURN_LIMITS, NAMES, BurnLimit
+from sdpgrind.weldbead.sequence._problem import FORCES
 
 _ONE_OF_THEM = f"a {', '.join(NAMES[:-1])} or {NAMES[-1]}"
 
@@ -69,7 +70,7 @@ class PassProblem(Described):
     target_shape: Contour | None = part(Contour, default=None)
     parent: Contour | None = part(Contour, default=None)
     allow_overground: bool = flag(default=False)
-    normal_force_max: float = quantity("N", above=0, default=90.0)
+    normal_force_max: float = quantity("N", above=0, usual=FORCES, typical=50, default=90.0)
     burn_limit: BurnLimit | None = law(BURN_LIMITS, _ONE_OF_THEM, "interval", "margin", default=None)
     spacing: float = quantity("mm", above=0, usual=(1e-3, 50.0), typical=0.05, default=0.05)
 

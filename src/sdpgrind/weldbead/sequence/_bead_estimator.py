@@ -14,9 +14,8 @@ from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import Scatter
 
 _UNITS = ("J/mm^3", "W", "1")
-_IN_A_ROW = (
-    3  # strange passes one after the other that end learning; chosen: 2e-12 by chance, of two readings each
-)
+# chosen: strange passes one after the other that end learning; 2e-12 by chance, of two readings each
+_IN_A_ROW = 3
 _RATIO_MAX = 2.0  # of tangential to normal force; chosen: no abrasive has more
 # chosen: removal rate over the greatest that the power explains; mm^3/min in place of mm^3/s would be 60
 _ABSURD = 5.0

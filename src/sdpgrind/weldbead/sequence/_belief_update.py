@@ -11,9 +11,8 @@ from sdpgrind.base.checks import Floats
 
 LINEARISED = 3  # measured: three linearisations settle K2 to 1 % after a light pass, one leaves it 2 % high
 STRANGE = 4.0  # chosen: sd of an innovation beyond which a pass counts as strange, 6e-5 of all by chance
-LINEAR = (
-    0.02  # error of a linearised energy, unit 1, that makes no pass strange; measured: 0.012 without scatter
-)
+# measured: error of a linearised energy, unit 1, that makes no pass strange; 0.012 without scatter
+LINEAR = 0.02
 MOST_IDLE = 10.0  # greatest idle over removing power at which a pass is linearised; chosen: lets K2 move
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]

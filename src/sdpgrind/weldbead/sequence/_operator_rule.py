@@ -17,7 +17,7 @@ _CANDIDATES = 600  # heights among which the rows are placed; chosen: ten times 
 
 
 class TableRule(sdp.Policy):
-    """The planned policy read in steps: up to the next higher row, down to the next lower column.
+    """The planned policy read in steps: the next greater height of a row, the next shorter time of a column.
 
     The action of a cell is that of the plan in the middle between its row and the row below, which costs less
     than that of the row itself (of P1, 45 rows and 12 columns: 0.022 $ instead of 0.039 $). Below the first

@@ -27,8 +27,9 @@ _STEPS = 3  # steps between columns that are tried; chosen: durations that share
 class OperatorTable:
     """A planned sequence as a table for the wall, with what reading it in steps costs.
 
-    Made by `SequencePolicy.operator_table`. Between entries: go up to the next higher row and down to the
-    next lower column. Above the last row its entries hold; below the first column, stop.
+    Made by `SequencePolicy.operator_table`. Between entries: the row of the next greater height and
+    the column of the next shorter time. Above the greatest height its row holds; below the shortest time,
+    stop.
 
     Attributes
     ----------
@@ -67,8 +68,8 @@ class OperatorTable:
         share = f" ({100 * self.loss / self.planned:.3g} %)" if self.planned > 0 else ""
         full = "; a finer table does not fit on A4" if self.full else ""
         return (
-            "Measure the height and go up to the next higher row; take the time left and go down to the next "
-            "lower column.",
+            "Measure the height; between two rows take that of the greater height, further down. Take the "
+            "time left; between two columns take that of the shorter time, further left.",
             "The cell has the duration of the next pass, reset included, and its normal force; a dash means "
             f"stop. Stop at the target height, too, and with less than {self.times[0]:g} s left.",
             f"From {self.heights[-1]:.4g} mm and {self.times[-1]:g} s it costs {self.expected:.4g} $ on "

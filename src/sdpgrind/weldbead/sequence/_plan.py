@@ -19,9 +19,8 @@ from sdpgrind.weldbead.sequence._unfinished import unfinished
 
 NARROW = "a function that jumps, or a law too narrow for the grid; see policy.error"
 START_NODES = 101  # chosen: first grid of the refinement to a tolerance
-LEARNED = (
-    1e-3  # $; chosen: 1 % of what a bead costs; the value is off by more from what a plan that learns costs
-)
+# $, chosen: 1 % of what a bead costs; the value is off by more from what a plan that learns costs
+LEARNED = 1e-3
 HALVINGS = 6  # chosen: largest number of halvings of the stage for a continuous feed; each doubles the moves
 
 

@@ -15,13 +15,14 @@ from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.progress import ProgressOption, reporting
+from sdpgrind.base.quantities import another_unit
 from sdpgrind.base.rng import Seed
 from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.weldbead.sequence._as_sdp import LEVELS, as_planned, sdp_problem, true_problem
 from sdpgrind.weldbead.sequence._band_sheet import BandSheet
 from sdpgrind.weldbead.sequence._exact import ExactTable
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, operator_table
-from sdpgrind.weldbead.sequence._problem import SequenceProblem
+from sdpgrind.weldbead.sequence._problem import NOISES, SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk_of, warn_if_unsure
 from sdpgrind.weldbead.sequence._sheet import first_passes
@@ -35,6 +36,14 @@ if TYPE_CHECKING:
 
 _PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
 _KNOWN = "sdpgrind.weldbead.sequence._known_beads:known_beads"
+
+
+def _noise(value: float) -> float:
+    """Check the standard deviation of a scan, mm."""
+    sd = checks.nonnegative("height_noise", value, "mm")
+    if sd > NOISES[1]:
+        raise ValueError(another_unit("height_noise", value, "mm", NOISES, 0.002))
+    return sd
 
 
 class SequencePolicy(SolvedSequence, Plan):
@@ -123,7 +132,7 @@ class SequencePolicy(SolvedSequence, Plan):
         same = model is None and planned is self.problem
         problem = self.table.problem if same else true_problem(planned, truth, self.nodes)
         start = self._state(height, time_left, last_duration)
-        noise = {"height": checks.nonnegative("height_noise", height_noise, "mm")}
+        noise = {"height": _noise(height_noise)}
         found: sdp.Runs = self.table.simulate(
             runs=runs, rng=rng, problem=problem, snap=snap, noise=noise, executor=executor, **start
         )

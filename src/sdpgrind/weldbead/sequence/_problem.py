@@ -17,9 +17,11 @@ from sdpgrind.weldbead.sequence._burn import BURN_LIMITS, NAMES, BurnLimit
 from sdpgrind.weldbead.sequence._coefficient_scatter import CoefficientScatter
 from sdpgrind.weldbead.sequence._depths import Depths
 from sdpgrind.weldbead.sequence._predictive import PredictiveDepths
-from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._process import GrindingProcess, check_units
 from sdpgrind.weldbead.sequence._scatter import Scatter, refuse_c1
 
+FORCES = 0.01, 1e4  # N, chosen: no grinder presses a disc harder
+NOISES = 0.0, 0.5  # mm, chosen: a scan with a greater standard deviation tells nothing of a bead
 Lateness = sdp.OneSided | Callable[[Floats], npt.ArrayLike]
 
 
@@ -145,7 +147,7 @@ class SequenceProblem(Described):
     bead_length: float = quantity("mm", above=0, usual=(1.0, 10000.0), typical=150)
     reset_time: float = quantity("s", at_least=0)
     durations: Sequence[float] = custom(unit="s")
-    force_max: float = quantity("N", above=0)
+    force_max: float = quantity("N", above=0, usual=FORCES, typical=50)
     burn_limit: BurnLimit | None = law(BURN_LIMITS, " or ".join(NAMES), "interval", "margin")
     scatter: Scatter = custom(_of(Scatter))
     height_max: float = quantity("mm", above=0, usual=(0.01, 200.0), typical=2)
@@ -162,6 +164,7 @@ class SequenceProblem(Described):
     waviness: float = quantity("mm", at_least=0, usual=(0.0, 20.0), typical=0.1, default=0.0)
 
     def _check(self) -> None:
+        check_units(self.model)
         if self.scatter.total > 1:
             warn(
                 f"scatter.relative_sd is {self.scatter.total:.4g}, a share of the mean (1):"

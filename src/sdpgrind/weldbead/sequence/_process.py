@@ -7,8 +7,14 @@ import numpy.typing as npt
 
 from sdpgrind import physics
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.quantities import Described, described, quantity
+from sdpgrind.base.quantities import Described, another_unit, described, quantity, units_of
 from sdpgrind.base.units import N_MM_S_PER_W
+from sdpgrind.base.warned import warn
+
+RIM_MAX = 125e3  # mm/s, chosen: bonded discs run at 80 m/s, few at 100; one in rev/min for rad/s is beyond
+# J/mm^3 and 1, chosen: steel takes 5 to 60 and 0.2 to 0.6; beyond, a value is in another unit
+ENERGIES, RATIOS = (0.1, 1000.0), (0.01, 3.0)
+_LEAST_POWER = 1.0  # W, chosen: a grinder whose idle power is less, but not 0, is told in kW
 
 
 class Coefficients(NamedTuple):
@@ -46,7 +52,8 @@ class GrindingProcess(Described):
     Raises
     ------
     ValueError
-        When a value is not finite, an idle power or a droop is negative, or another value is not positive.
+        When a value is not finite, an idle power or a droop is negative, another value is not positive, or
+        the rim of the disc is faster than any (125 m/s).
 
     Examples
     --------
@@ -62,6 +69,15 @@ class GrindingProcess(Described):
     free_speed: float = quantity("rad/s", above=0, usual=(10.0, 5000.0), typical=500)
     speed_droop: float = quantity("rad/(s N mm)", at_least=0)
     bead_width: float = quantity("mm", above=0, usual=(0.5, 500.0), typical=12)
+
+    def _check(self) -> None:
+        rim = self.disk_radius * self.free_speed
+        if rim > RIM_MAX:
+            raise ValueError(
+                f"free_speed must be in rad/s, some 500; the rim of a disc of {self.disk_radius:g} mm would"
+                f" run at {rim / 1e3:.4g} m/s, {RIM_MAX / 1e3:g} at most; units.rpm(...) for rev/min;"
+                f" got {self.free_speed!r}"
+            )
 
     def _torque(self, normal_force: npt.ArrayLike) -> Floats:
         force = np.asarray(normal_force, dtype=float)
@@ -130,3 +146,23 @@ class GrindingProcess(Described):
             C2=-self.idle_power / (self.bead_width * self.specific_energy),
             C3=self.friction_ratio * self.disk_radius * self.free_speed / self.bead_width,
         )
+
+
+def refuse_other_energy(process: GrindingProcess) -> None:
+    """Refuse a specific energy that is in another unit."""
+    energy = process.specific_energy
+    if not ENERGIES[0] <= energy <= ENERGIES[1]:
+        unit = units_of(GrindingProcess)["specific_energy"]
+        raise ValueError(another_unit("specific_energy", energy, unit, ENERGIES, 10.0))
+
+
+def check_units(process: GrindingProcess) -> None:
+    """Refuse coefficients in other units. They are estimated, too: a `GrindingProcess` may hold any."""
+    refuse_other_energy(process)
+    if not RATIOS[0] <= process.friction_ratio <= RATIOS[1]:
+        raise ValueError(
+            "friction_ratio must be tangential over normal force, some 0.3; divide by 100 where percent is"
+            f" meant; got {process.friction_ratio!r}"
+        )
+    if 0 < process.idle_power < _LEAST_POWER:
+        warn(f"idle_power is {process.idle_power:g} W, some 100 are usual: multiply by 1000 for kW")

@@ -6,9 +6,8 @@ above the target; `charge[row, node]` what the pass costs and overgrinds. At the
 
 import numpy as np
 
-from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.base.compiling.compiled import REORDER, compiled
 
-REORDER = {"contract", "nsz", "reassoc"}  # chosen: fast sums, reordered and fused; NaN and infinity stay
 TOGETHER = 4  # lags of one sweep over the nodes; measured: four times as fast as one by one
 NONE = 1e-14  # chosen: weight of lags that is left out; rounding of the differences that give weights is more
 

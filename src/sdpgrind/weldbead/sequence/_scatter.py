@@ -74,6 +74,9 @@ class Scatter(Depths, Described):
     mean: str = choice(*MEANS, default="cut")
 
     def _check(self) -> None:
+        if not isinstance(self.attribution, str | tuple | list):
+            one = f"{ATTRIBUTIONS[0]!r}, or several of {', '.join(map(repr, ATTRIBUTIONS))}"
+            raise TypeError(f"attribution must be {one}; got {checks.shown(self.attribution)}")
         names = checks.unique("attribution", self._sources)
         for name in names:
             checks.one_of("attribution", name, ATTRIBUTIONS)

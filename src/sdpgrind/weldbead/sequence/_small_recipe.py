@@ -42,7 +42,7 @@ def small_recipe_of(policy: Any, durations: list[float], feeds: list[float], ask
     """Return the recipe of a `SequencePolicy` with tables as asked, in mm, s, N and $."""
     usual = recipe_of(policy, durations, feeds)
     told = asked.told(_PASS, _TOLD, ("gap",))
-    small, notes = small_tables(policy.table, asked.precision, asked.lost_max, told)
+    small, notes = small_tables(policy.table, asked.precision, asked.lost_max, told, asked.tell)
     outputs = {**usual.outputs, "value": _VALUE}
     return replace(
         usual,

@@ -10,7 +10,11 @@ from sdpgrind.base import checks
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
-_ONE = (float, int)  # types of a single coordinate
+
+def _is_one(height: Any, time_left: Any) -> bool:
+    """Whether both are single numbers."""
+    given = isinstance(height, float | int) and isinstance(time_left, float | int)
+    return given and type(height) is not bool and type(time_left) is not bool
 
 
 class SolvedSequence:
@@ -72,7 +76,7 @@ class SolvedSequence:
             or for a last duration that is none of the plan's.
         """
         single = self.table.single
-        if last_duration is None and single and isinstance(height, _ONE) and isinstance(time_left, _ONE):
+        if last_duration is None and single and _is_one(height, time_left):
             found = single.value(float(time_left), float(height))
             if found is not None:
                 return found
@@ -85,7 +89,7 @@ class SolvedSequence:
         action, both are compared one step ahead; the answer is that of the side on which the state lies.
         """
         single = self.table.single
-        if last_duration is None and single and isinstance(height, _ONE) and isinstance(time_left, _ONE):
+        if last_duration is None and single and _is_one(height, time_left):
             one = single.act(float(time_left), float(height))
             if one is not None:
                 _, move, _, level, gained = one
@@ -122,14 +126,15 @@ class SolvedSequence:
         """
         mode = self._mode(last_duration)
         if self.problem.finish_charge is not None:
-            height = np.where(np.equal(height, 0.0), -np.finfo(float).tiny, height)
+            height = checks.reals("height", height, "mm")
+            height = np.where(height == 0.0, -np.finfo(float).tiny, height)
         return {"height": height, "time_left": time_left} | mode
 
     def _mode(self, last_duration: Any) -> dict[str, Any]:
         if last_duration is None:
             return {}
         durations = np.asarray(self._durations)
-        given = np.asarray(last_duration, dtype=float)
+        given = checks.reals("last_duration", last_duration, "s")
         mode = np.argmin(np.abs(durations - given[..., None]), axis=-1)
         for k in np.flatnonzero(np.abs(durations[np.ravel(mode)] - np.ravel(given)) > 1e-9):
             raise checks.refuse(

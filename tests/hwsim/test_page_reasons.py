@@ -1,0 +1,98 @@
+"""Reasons on a page of a log: a mean is called a mean, the least value is that of the worst part."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray
+
+from hwsim._report import locus, plunge
+from hwsim._report.charged import meanings_of
+from hwsim._report.log_page import _count
+from hwsim._report.worst import mean_and_worst
+from hwsim.command._weldbead import report as terminal
+
+
+def log_of(outcomes, controller=None, **more):
+    parts = {name: ("part", np.asarray(values, dtype=float)) for name, values in outcomes.items()}
+    outcome = xarray.Dataset({**parts, **more}, attrs={"stock": 0.3})
+    made = None if controller is None else {"controller": controller}
+    return SimpleNamespace(outcome=outcome, made_of=made)
+
+
+class Parts(SimpleNamespace):
+    def __len__(self):
+        return self.outcome.sizes["part"]
+
+
+def test_the_least_slack_of_a_page_is_that_of_the_worst_part():
+    rates = {"true_infeed_rate": (("part", "t"), np.full((3, 2), 0.010))}
+    rates |= {"best_infeed_rate": (("part", "t"), np.full((3, 2), 0.011))}
+    values = {"slack": [1.2, 0.3234, 1.3], "convergence_time": [4.0, 5.0, 6.0], "timed_out": np.zeros(3)}
+    told = locus.reasons(log_of(values, SimpleNamespace(margin=6.0), **rates), None)
+    assert not any("at least" in each for each in told.values())
+    assert told["slack"] == (
+        "the least distance to burning was 0.941 W on average, 0.323 W in part 1, the worst, where 6 W were "
+        "planned"
+    )
+    bare = locus.reasons(log_of(values, **rates), None)  # as of a log from a file
+    assert "planned" not in bare["slack"] and bare["time"].endswith(bare["slack"])
+    assert locus.planned(log_of(values, SimpleNamespace(margin=6.0), **rates), None)["slack"].value == 6.0
+    assert "slack" not in locus.planned(log_of(values, SimpleNamespace(margin="designed"), **rates), None)
+
+
+def test_the_slack_of_a_plunge_page_names_its_least():
+    table = xarray.Dataset({"part": ("row", [0, 1]), "infeed_rate_planned": ("row", [0.002, 0.003])})
+
+    class Log(SimpleNamespace):
+        tiers = ("controller",)
+
+        def __getitem__(self, tier):
+            return table
+
+        def __len__(self):
+            return 2
+
+    outcome = log_of({"part_slack": [0.0058, 0.0023], "time": [12.0, 13.0]}).outcome
+    plan = SimpleNamespace(safety_margin=0.0, trajectory=SimpleNamespace(infeed_rate=[0.0026]))
+    told = plunge.reasons(Log(outcome=outcome, made_of=None), plan)
+    assert "4.05 µm on average, 2.3 µm in part 1, the worst, where 0 µm were planned" in told["part_slack"]
+    assert "2.5 µm/s on average by the controller" in told["roundness"]
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ([np.nan, np.nan], "not known"),
+        ([2.0], "2 W"),
+        ([2.0, 2.0], "2 W in every part"),
+        ([3.0, np.nan, 1.0], "2 W on average, 1 W in part 2, the worst"),
+    ],
+)
+def test_mean_and_worst(values, told):
+    assert mean_and_worst("slack", np.array(values), "W") == told
+
+
+def test_ground_below_in_places_and_on_average_are_told_apart():
+    """On the terminal and on the page: of three beads two are below somewhere, one as a whole."""
+    below = {"height": [-0.001, 0.02, 0.03], "overground": [0.01, 0.002, 0.0], "overground_worst": [0.1] * 3}
+    other = {name: [1.0, 1.0, 1.0] for name in ("penalty", "passes", "lateness", "time")}
+    log = log_of(below | other)
+    risk = SimpleNamespace(passes=1.0, overground=0.25)
+    lines = {line[:24].strip(): line[24:].split() for line in terminal._summary(log.outcome, risk, None)}
+    assert lines["mean overground (%)"][:2] == ["25.0", "33.3"]
+    assert lines["overground in places (%)"][0] == "66.7"
+    assert (
+        _count(Parts(outcome=log.outcome), "overground", burns=True) == "2 of 3 (on average over the bead: 1)"
+    )
+    level = Parts(outcome=log.outcome.drop_vars("overground_worst"))
+    assert _count(level, "overground", burns=True) == "2 of 3"
+    assert "overground (%)" in "\n".join(terminal._summary(level.outcome, risk, None))
+
+
+def test_columns_without_a_unit_are_explained():
+    log = log_of({"time": [1.0], "reserve": [0.1]})
+    log.outcome.attrs["plant"] = "PlungeGrinder"
+    (told,) = meanings_of(log)
+    assert told.startswith("reserve: logarithm of the temperature of damage over the greatest")
+    assert not meanings_of(log_of({"reserve": [0.1]}))
