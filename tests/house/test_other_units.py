@@ -42,6 +42,16 @@ CALLS = [
     (SCANNER, {"spacing": 0.00025}, "mm, some 0.25; units.m(...) for metres; got 0.00025"),
     (SCANNER, {"spacing": 250}, "mm, some 0.25; units.um(...) for micrometres; got 250"),
     (TABLE, {"spindle_speed_max": 3000}, "rad/s, some 10; units.rpm(...) for rev/min; got 3000"),
+    (CYCLE, {"stiffness": 8.0}, "N/mm, some 10000; multiply by 1000 for N/µm; got 8.0"),
+    (CYCLE, {"stiffness": 8e6}, "N/mm, some 10000; multiply by 0.001 for N/m; got 8000000.0"),
+    (CYCLE, {"diffusivity": 1.25e-5}, "mm^2/s, some 12; multiply by 1000000 for m^2/s; got 1.25e-05"),
+    (CYCLE, {"diffusivity": 1250.0}, "mm^2/s, some 12; got 1250.0"),
+    (CYCLE, {"wheel_speed": 37e3 * 60}, "mm/s, some 30000; units.mm_per_min(...) for mm/min; got 2220000.0"),
+    (CYCLE, {"sample_time": 40.0}, "s, some 0.04; multiply by 0.001 for ms; got 40.0"),
+    (CYCLE.model.burning, {"u0": 6205.0}, "J/mm^3, some 6; multiply by 0.001 for J/cm^3; got 6205.0"),
+    (GRINDER, {"power_max": 3.0}, "W, some 3000; multiply by 1000 for kW; got 3.0"),
+    (GRINDER, {"contact_zero_sd": 5.0}, "mm, some 0.01; units.um(...) for micrometres; got 5.0"),
+    (hwsim.GrinderNoise(), {"size_sd": 0.5}, "mm, some 0.0005; units.um(...) for micrometres; got 0.5"),
     (CYCLE, {"wheel_diameter": 0.05}, "mm, some 50; units.m(...) for metres; got 0.05"),
     (CYCLE, {"work_diameter": 0.07}, "mm, some 70; units.m(...) for metres; got 0.07"),
     (CYCLE, {"width": 0.009}, "mm, some 10; units.m(...) for metres; got 0.009"),
@@ -76,9 +86,9 @@ CALLS = [
         "rad/s, some 500; the rim of a disc of 85 mm would run at 405.9 m/s, 125 at most;"
         " units.rpm(...) for rev/min; got 4775.0",
     ),
-    (BEAD, {"specific_energy": 11000.0}, "J/mm^3, some 10; got 11000.0"),
-    (BEAD, {"specific_energy": 0.011}, "J/mm^3, some 10; got 0.011"),
-    (DISC, {"specific_energy": 11000.0}, "J/mm^3, some 10; got 11000.0"),
+    (BEAD, {"specific_energy": 11000.0}, "J/mm^3, some 10; multiply by 0.001 for J/cm^3; got 11000.0"),
+    (BEAD, {"specific_energy": 0.011}, "J/mm^3, some 10; multiply by 1000 for kJ/mm^3; got 0.011"),
+    (DISC, {"specific_energy": 11000.0}, "J/mm^3, some 10; multiply by 0.001 for J/cm^3; got 11000.0"),
     (BEAD, {"force_max": 5e4}, "N, some 50; got 50000.0"),
     (PASS, {"normal_force_max": 5e4}, "N, some 50; got 50000.0"),
     (
@@ -106,7 +116,7 @@ CALLS = [
     (FINISHING, {"tool_diameter": 4000}, "mm, some 4; units.um(...) for micrometres; got 4000"),
     (FINISHING, {"acceleration": 0.9}, "mm/s^2, some 1000; units.m(...) for m/s^2; got 0.9"),
     (FINISHING, {"acceleration": 5.0}, "mm/s^2, some 1000; units.m(...) for m/s^2; got 5.0"),
-    (TORQUE, {"sample_time": 1.0}, "s, some 0.001; got 1.0"),
+    (TORQUE, {"sample_time": 1.0}, "s, some 0.001; multiply by 0.001 for ms; got 1.0"),
     (
         CYCLE,
         {"work_rotation": 280.0},
@@ -191,6 +201,19 @@ def test_the_conversion_is_named(thing, change, told):
         thing.replace(**change)
     name = "cutting_speed" if "controls" in change else next(iter(change))
     assert str(refused.value) == f"{name} must be in {told}"
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"normal_force_ratio": 0.1}, ">= 0.12 (normal over tangential: 4, not 0.25); got 0.1"),
+        ({"roundness_gain": 2750.0}, "<= 50 (mm per mm: 2 for 2000 µm/mm); got 2750.0"),
+    ],
+)
+def test_a_ratio_the_other_way_or_in_a_thousandth(change, told):
+    with pytest.raises(ValueError) as refused:
+        CYCLE.replace(**change)
+    assert str(refused.value) == f"{next(iter(change))} must be {told}"
 
 
 def test_a_friction_ratio_in_percent_is_refused():

@@ -398,6 +398,21 @@ FAULTS = [
         '"second_order"',
         "[grinder] dynamics must be one of nonlinear, first_order; got 'second_order'",
     ),
+    (
+        "u0 = 6.2",
+        "u0 = 6205",
+        "[model.burning] u0 must be in J/mm^3, some 6; multiply by 0.001 for J/cm^3; got 6205.0",
+    ),
+    (
+        "max_time",
+        "contact_zero_sd = 5\nmax_time",
+        '[grinder] contact_zero_sd must be in mm, some 0.01; "... um" for micrometres; got 5.0',
+    ),
+    (
+        "size_sd = 0",
+        "size_sd = 0.5",
+        '[grinder.noise] size_sd must be in mm, some 0.0005; "... um" for micrometres; got 0.5',
+    ),
     ("size_sd = 0", "size_sd = -1", "[grinder.noise] size_sd must be >= 0 (mm); got -1.0"),
     ("stiffness = 35e3", "wear_flat_area = 2", "[grinder.truth] wear_flat_area must be in (0, 1]; got 2.0"),
     ("stiffness = 35e3", "stock = 0.3", "grinder.truth.stock is not a key; keys here are"),

@@ -263,7 +263,7 @@ FAULTS = [
         '"10 J/mm^3"',
         '"11 J/cm3"',
         "",
-        "[process] specific_energy must be in J/mm^3, some 10; got 0.011, from '11 J/cm3'\n",
+        "[process] specific_energy must be some 10 J/mm^3; got '11 J/cm3'\n",
     ),
     (
         "free_speed = 500.0",
@@ -302,7 +302,7 @@ FAULTS = [
         "",
         "",
         "[stand.truth]\nspecific_energy = 12800\n",
-        "[stand.truth] specific_energy must be in J/mm^3, some 10; got 12800.0\n",
+        "[stand.truth] specific_energy must be in J/mm^3, some 10; multiply by 0.001 for J/cm^3; got 12800.0\n",
     ),
     (
         "linear = 2.0",

@@ -33,6 +33,19 @@ def printed(plan):
     return rates, [float(cell) for cell in cells["to stock [mm]"]]
 
 
+def test_no_stage_of_no_stock_and_a_rising_rate_is_told():
+    """Without a gauge the safe rate is constant below some stock, with a kink where it begins to be."""
+    doubted = SIMULATION.replace(burning_sd=0.02, sharpness_sd=0.03, contact_zero_sd=0.003)
+    table, told = plunge.plan(doubted, confidence=0.999, gauge=False)._control_table()
+    cells = {amounts.name: amounts.values for amounts in table.amounts}
+    assert "0.00" not in cells["takes [s]"]
+    assert all(a > b for a, b in zip(cells["from stock [mm]"], cells["to stock [mm]"], strict=True))
+    rates = [float(cell) for cell in cells["infeed rate [mm/min]"]]
+    (k,) = [k for k in range(1, len(rates)) if rates[k] > rates[k - 1]]
+    assert any(sentence.startswith(f"Stage {k + 1} feeds faster than stage {k}") for sentence in told.lines)
+    assert not any("feeds faster" in s for s in plunge.plan(SIMULATION)._control_table()[1].lines)
+
+
 def test_stages_join(plan):
     each = plan._stages.each
     assert each[0].begin == 0.0 and each[-1].stock_end == 0.0

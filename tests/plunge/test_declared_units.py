@@ -94,3 +94,27 @@ def test_a_constant_command_of_zero_is_no_alarm():
     data = recorded()
     fit = commission(data | {"command_rate": 0 * data["command_rate"]})
     assert fit.message == "not identified: the command feeds 0 mm in all: a part needs an infeed"
+
+
+@pytest.mark.parametrize(
+    ("column", "times", "said"),
+    [
+        ("size", 1e3, 'size in um, not mm? Say size=("size", "um")'),
+        ("time", 1e3, 'time in ms, not s? Say time=("time", "ms")'),
+        (
+            "command_rate",
+            60.0,
+            'command_rate in mm/min, not mm/s? Say command_rate=("command_rate", "mm/min")',
+        ),
+    ],
+)
+def test_a_lag_that_is_not_told_names_the_unit(column, times, said):
+    """Arrays in another unit say too little of a lag for no other reason."""
+    time = np.arange(0.0, 6.4, 0.04)
+    data = {
+        "time": time, "command_rate": np.full(160, 0.0448),
+        "size": 0.0448 * (time - 1.9 * (1 - np.exp(-time / 1.9))),
+    }  # fmt: skip
+    fit = plunge.identify(data | {column: times * data[column]}, "time_constant")
+    assert not fit.ok and said in fit.message and "while the rate changes" not in fit.message
+    assert plunge.identify(data, "time_constant").ok

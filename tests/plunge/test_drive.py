@@ -149,7 +149,9 @@ def test_inspection_changes_no_part():
 
 
 def test_refusals_of_the_drive():
-    with pytest.raises(ValueError, match=r"feed_delay must be in s, some 0.05; got 40"):
+    with pytest.raises(
+        ValueError, match=r"feed_delay must be in s, some 0.05; multiply by 0.001 for ms; got 40"
+    ):
         plunge.Drive(feed_delay=40.0)
     with pytest.raises(ValueError, match=r"feed_lag must be <= time_constant/4 = 0.4834 \(s\)"):
         PROBLEM.replace(feed_lag=0.6)

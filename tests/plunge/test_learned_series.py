@@ -102,7 +102,7 @@ def test_a_doubt_is_not_widened_by_a_part_that_teaches_nothing_of_it():
     after = plunge.learning.CarriedState().next(controller, hwsim.run(hwsim.PlungeGrinder(known), controller))
     assert np.all(doubts(after.problem) == 0.0)
     assert np.abs(off(after.problem, MODEL)).max() < 0.02  # the drift of the filter
-    blind = hwsim.PlungeGrinder(PROBLEM, power_max=1.0)
+    blind = hwsim.PlungeGrinder(PROBLEM, power_max=10.0)
     controller = plunge.CycleController(PROBLEM)
     after = plunge.learning.CarriedState().next(controller, hwsim.run(blind, controller))
     assert after == controller  # contact by the command alone: not carried

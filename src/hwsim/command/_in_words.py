@@ -3,7 +3,7 @@
 import re
 
 _CALL = re.compile(r"units\.(\w+)\((\.\.\.|-?[\d.]+|\w+)\)")
-_HINT = re.compile(r"; units\.\w+\([^)]*\)(?: for [^;()]+?)?(?=; | \(|$)")
+_HINT = re.compile(r"; (?:units\.\w+\([^)]*\)|multiply by [\d.]+)(?: for [^;()]+?)?(?=; | \(|$)")
 _USUAL = re.compile(r"must be in (\S+), some ([^\s;,]+)")
 _UNITS = {"hz": "Hz"}  # of conversions that are named otherwise; m_per_s is m/s
 

@@ -131,13 +131,19 @@ def another_unit(name: str, value: Any, unit: str, usual: tuple[float, float], t
 
 def forgotten(value: float, unit: str, usual: tuple[float, float], typical: float) -> str:
     """Return the end of a message: the conversion that makes a value usual, nearest to `typical`; or ""."""
-    fitting = []
-    for convert, words in units.CONVERSIONS.get(unit, ()):
-        number = convert(value)
-        if number and usual[0] <= number <= usual[1]:
-            fitting.append(
-                (abs(math.log(abs(number / typical))), f"; units.{convert.__name__}(...) for {words}")
-            )
+    known = [
+        (convert(value), f"; units.{convert.__name__}(...) for {words}")
+        for convert, words in units.CONVERSIONS.get(unit, ())
+    ]
+    known += [
+        (factor * value, f"; multiply by {factor:.10g} for {words}")
+        for factor, words in units.FACTORS.get(unit, ())
+    ]
+    fitting = [
+        (abs(math.log(abs(number / typical))), meant)
+        for number, meant in known
+        if number and usual[0] <= number <= usual[1]
+    ]
     return min(fitting)[1] if fitting else ""
 
 

@@ -95,3 +95,11 @@ CONVERSIONS: dict[str, tuple[tuple[Callable[[float], float], str], ...]] = {
     "rad/s": ((rpm, "rev/min"), (hz, "Hz")),
 }
 """Unit -> conversions with the words of their input; an error names the forgotten one."""
+FACTORS: dict[str, tuple[tuple[float, str], ...]] = {
+    "N/mm": ((1e3, "N/µm"), (1e-3, "N/m")),
+    "mm^2/s": ((1e6, "m^2/s"), (1e2, "cm^2/s")),
+    "J/mm^3": ((1e-3, "J/cm^3"), (1e3, "kJ/mm^3")),
+    "W": ((1e3, "kW"),),
+    "s": ((1e-3, "ms"),),
+}
+"""Unit -> factors to it from units without a conversion of that table, with the words of these."""

@@ -10,6 +10,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.physics._power import GrindingPower
 
+_CHIP_ENERGIES = (0.05, 500.0)  # chosen: J/mm^3; of steel some 6, ten times beyond what exists
 INCH = 25.4  # mm; source: definition
 INCH_POUND = 0.0254 * 4.4482216152605  # J; derived: inch in m times pound-force in N
 
@@ -78,7 +79,7 @@ class BurningLimit(Described):
     52.0
     """
 
-    u0: float = quantity("J/mm^3", above=0)
+    u0: float = quantity("J/mm^3", above=0, usual=_CHIP_ENERGIES, typical=6)
     B: float = quantity("J/(mm^2 s^(1/2))", above=0)
 
     @classmethod

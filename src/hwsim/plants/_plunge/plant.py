@@ -14,6 +14,7 @@ from sdpgrind.base.quantities import Described, choice, described, flag, part, q
 from sdpgrind.plunge import CycleProblem, Drive, PlungeModel, kernels
 
 Truth: TypeAlias = PlungeModel | Callable[[np.random.Generator], PlungeModel] | None
+_MONITORS = (5.0, 1e6)  # chosen: ranges of power monitors, W; below, kilowatts are meant
 _LONGEST = 10.0  # default time limit in cycles at the final rate; chosen: longer than any useful cycle
 
 
@@ -39,7 +40,7 @@ class GrinderNoise(Described):
     GrinderNoise(size_sd=0.001 mm)
     """
 
-    size_sd: float = quantity("mm", at_least=0, default=0.0005)
+    size_sd: float = quantity("mm", at_least=0, usual=(0.0, 0.1), typical=5e-4, default=0.0005)
     power_sd: float = quantity("1", at_least=0, at_most=0.5, default=0.01)
 
 
@@ -117,12 +118,12 @@ class PlungeGrinder(Described):
     noise: GrinderNoise | None = part(GrinderNoise, default_factory=GrinderNoise)
     dynamics: str = choice("nonlinear", "first_order", default="nonlinear")
     drive: Drive | None = part(Drive, default=None)
-    contact_zero_sd: float = quantity("mm", at_least=0, default=0.0)
+    contact_zero_sd: float = quantity("mm", at_least=0, usual=(0.0, 1.0), typical=0.01, default=0.0)
     power_gain_sd: float = quantity("1", at_least=0, at_most=0.5, default=0.0)
     threshold_scatter: float = quantity("1", at_least=0, at_most=0.5, default=0.0)
     inspection: Inspection | None = part(Inspection, default=None)
     power_gain: float = quantity("1", above=0, default=1.0)
-    power_max: float = quantity("W", above=0, default=math.inf)
+    power_max: float = quantity("W", above=0, usual=_MONITORS, typical=3000, default=math.inf)
     power_lag: float = quantity("s", at_least=0, default=0.0)
     size_offset: float = quantity("mm", default=0.0)
     size_delay: bool = flag(default=False)

@@ -46,6 +46,17 @@ def refuse_other_units(each: Sequence[Cycle], problem: CycleProblem, data: Any) 
     return True
 
 
+def another_unit_told(each: Sequence[Cycle], data: Any) -> str:
+    """Sentence on sizes that contradict the commands, with the unit that puts it right; else empty."""
+    parts = [(cycle.time, {"size": cycle.size, "command_rate": cycle.command_rate}) for cycle in each]
+    notes = _notes(data)
+    bounds = {name: _bound(notes[name]) for name in ("size", "command_rate")}
+    for fault in contradictions(parts):
+        found = mistakes(fault, parts, bounds, DeclaredTimes(notes["time"])) if isfinite(fault.times) else []
+        return _refusal(fault.told, found)
+    return ""
+
+
 def _refuse_other_time(each: Sequence[Cycle], problem: CycleProblem) -> None:
     """Refuse steps of time that no cycle of this machine has: milliseconds, or minutes."""
     step = float(np.median(np.concatenate([cycle.step for cycle in each])))

@@ -9,6 +9,7 @@ from sdpgrind.plunge._identify import contact as _contact
 from sdpgrind.plunge._identify import sharpness as _sharpness
 from sdpgrind.plunge._identify import time_constant as _time_constant
 from sdpgrind.plunge._identify.cycles import cycles, mean_of_parts, not_identified
+from sdpgrind.plunge._identify.declared_units import another_unit_told
 from sdpgrind.plunge._identify.machine import machine
 from sdpgrind.plunge._identify.roundness import roundness
 from sdpgrind.plunge._model.problem import CycleProblem
@@ -131,7 +132,7 @@ def identify(
         checks.kind("problem", problem, CycleProblem, f", whose model is corrected, for {what!r}")
     if problem is not None and method in ("recursive", "printed"):
         raise checks.refuse("problem", f"left out with method {method!r}, which has no model", problem)
-    found = _found(data, what, method, problem, part, float(forgetting), power_max)
+    found = _with_units(_found(data, what, method, problem, part, float(forgetting), power_max), data, part)
     if throw and not found.ok:
         raise ValueError(found.message)
     return found
@@ -166,6 +167,14 @@ def _found(
         "normal_force_ratio": (_contact.normal_force_ratio, "1"),
     }[what]
     return mean_of_parts(each, lambda cycle: one(cycle, problem), what, unit)
+
+
+def _with_units(found: Estimate, data: Any, part: int | Sequence[int] | None) -> Estimate:
+    """Estimate; failed for another unit where sizes that say too little contradict the commands."""
+    if found.ok or _time_constant.FAINT not in found.message:
+        return found
+    told = another_unit_told(cycles(data, part=part), data)
+    return not_identified(found.names[0], found.units[0], told) if told else found
 
 
 def _of_machine(

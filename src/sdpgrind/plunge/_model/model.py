@@ -17,7 +17,12 @@ from sdpgrind.plunge._model.kernels import PlungeCore
 
 # chosen: least speed of the wheel over that of the work; a smaller one, some 60, is rev/min taken as rad/s
 SPEED_RATIO = 5.0
-SLOWEST_WHEEL, FASTEST_WORK = 1000.0, 300.0  # chosen, mm/s and rad/s: beyond them another unit is meant
+# chosen, mm/s (twice) and rad/s: beyond them another unit is meant
+SLOWEST_WHEEL, FASTEST_WHEEL, FASTEST_WORK = 1000.0, 300e3, 300.0
+# chosen, N/mm and mm^2/s, ten times beyond what exists: machines of 1e3 to 1e5, materials of 1 to 117
+_STIFFNESSES, _DIFFUSIVITIES = (100.0, 1e6), (0.1, 1000.0)
+# chosen, ten times beyond normal over tangential forces of 1.2 to 10 and roundness gains of 0.5 to 5
+_LEAST_RATIO, _MOST_RATIO, _MOST_GAIN = 0.12, 100.0, 50.0
 
 
 @described("plunge.wear")
@@ -116,16 +121,18 @@ class PlungeModel(Described):
     wheel_diameter: float = quantity("mm", above=0, usual=(1.0, 3000.0), typical=50)
     work_diameter: float = quantity("mm", above=0, usual=(1.0, 10000.0), typical=70)
     width: float = quantity("mm", above=0, usual=(0.1, 1000.0), typical=10)
-    wheel_speed: float = quantity("mm/s", above=0, usual=(SLOWEST_WHEEL, math.inf), typical=30000)
+    wheel_speed: float = quantity("mm/s", above=0, usual=(SLOWEST_WHEEL, FASTEST_WHEEL), typical=30000)
     work_rotation: float = quantity("rad/s", above=0, usual=(0.0, FASTEST_WORK), typical=30)
     wear_flat_area: float = quantity("1", above=0, at_most=1)
-    stiffness: float = quantity("N/mm", above=0)
-    normal_force_ratio: float = quantity("1", above=0)
+    stiffness: float = quantity("N/mm", above=0, usual=_STIFFNESSES, typical=10000)
+    normal_force_ratio: float = quantity(
+        "1", at_least=_LEAST_RATIO, at_most=_MOST_RATIO, hint=" (normal over tangential: 4, not 0.25)"
+    )
     power: physics.GrindingPower = part(physics.GrindingPower)
     burning: physics.BurningLimit = part(physics.BurningLimit)
-    diffusivity: float = quantity("mm^2/s", above=0)
+    diffusivity: float = quantity("mm^2/s", above=0, usual=_DIFFUSIVITIES, typical=12)
     roundness_base: float = quantity("mm", at_least=0, usual=(0.0, 0.5), typical=0.002)
-    roundness_gain: float = quantity("1", above=0)
+    roundness_gain: float = quantity("1", above=0, at_most=_MOST_GAIN, hint=" (mm per mm: 2 for 2000 µm/mm)")
     internal: bool = flag(default=True)
     wear: Wear | None = part(Wear, default=None)
     linear_time_constant: float | None = quantity("s", above=0, default=None)

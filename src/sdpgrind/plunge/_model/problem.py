@@ -74,7 +74,7 @@ class CycleProblem(Described):
     command_rate_max: float = quantity("mm/s", above=0, usual=(1e-4, 0.5), typical=0.05)
     roundness_max: float = quantity("mm", usual=(-inf, 0.5), typical=0.003)
     time_constant: float | None = quantity("s", above=0, default=None)
-    sample_time: float = quantity("s", above=0, default=0.04)
+    sample_time: float = quantity("s", above=0, usual=(1e-4, 10.0), typical=0.04, default=0.04)
     uncertainty: Uncertainty = part(Uncertainty, default=Uncertainty())
     drive: Drive = part(Drive, default=Drive())
 
@@ -134,10 +134,8 @@ class CycleProblem(Described):
 
     def _refuse_other_units(self) -> None:
         if self.stock >= self.model.work_diameter / 4:
-            raise ValueError(
-                "stock must be radial and in mm, < work_diameter/4; units.um(...) for micrometres;"
-                f" got {self.stock!r}"
-            )
+            rule = "radial and in mm, < work_diameter/4; units.um(...) for micrometres"
+            raise ValueError(f"stock must be {rule}; got {self.stock!r}")
         if self.model.depth_of_cut(self.command_rate_max) >= DEEPEST:
             raise ValueError(
                 f"command_rate_max must be less than {DEEPEST:g} mm a turn of the work (mm/s);"
@@ -325,11 +323,15 @@ def _no_safe_rate(
         return float(replace(chance, burning_sd=sd)(coolest, remaining)) - (1.0 - confidence)
 
     most = brentq(lacking, 0.0, chance.burning_sd) if lacking(0.0) <= 0.0 else 0.0
-    largest = f"{np.floor(1e4 * most) / 1e4:g}" if most else "none"
+    rule, got = f"confidence must be less than {confidence:.10g}, even with burning_sd = 0,", confidence
+    if most:
+        rule = (
+            f"burning_sd must be at most {np.floor(1e4 * most) / 1e4:g} for a confidence of {confidence:.10g}"
+        )
+        got = chance.burning_sd
     return ValueError(
-        f"burning_sd must be at most {largest} for a confidence of {confidence:.10g} with {remaining:g} mm of"
-        f" stock: no infeed rate is safe; got {chance.burning_sd:g}. A confidence of {_floored(reached):.10g}"
-        " is possible; inspecting parts for burn narrows the doubt"
+        f"{rule} with {remaining:g} mm of stock: no infeed rate is safe; got {got:.10g}. A confidence of"
+        f" {_floored(reached):.10g} is possible; inspecting parts for burn narrows the doubt"
     )
 
 

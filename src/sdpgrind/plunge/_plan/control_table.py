@@ -1,5 +1,6 @@
 """Stages of a planned cycle for a control that holds one infeed rate from size to size."""
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.base.units import mm_per_min, rpm
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.doubted import Safety, margin_and_doubts
-from sdpgrind.plunge._plan.exact import WAIT
+from sdpgrind.plunge._plan.exact import HOLD, WAIT
 from sdpgrind.plunge._plan.replay import replay_by_stock
 from sdpgrind.plunge._plan.trajectory import PIECES
 
@@ -101,7 +102,7 @@ def _cut(
             )
         ]
         begin = end
-    return tuple(found)
+    return tuple(stage for stage in found if stage.stock_begin > stage.stock_end)  # others are never entered
 
 
 def _switched(sizes: Floats) -> Floats:
@@ -149,6 +150,16 @@ def stage_table(each: tuple[ControlStage, ...], rotation: float) -> AmountTable:
     )
     caption = "Cycle to key into a control, by the stock left (rates, stock and travel of the radius)"
     return AmountTable(caption, [Amounts.of(name, values, heading=name) for name, values in columns])
+
+
+def faster_told(each: tuple[ControlStage, ...]) -> list[str]:
+    """Sentence on each stage that feeds faster than the one before, as the limit no longer falls."""
+    return [
+        f"Stage {k} feeds faster than stage {k - 1}, in which the limit falls with the stock and deflection"
+        " is given back; from here on the limit is constant."
+        for k, (before, after) in enumerate(pairwise(each), 2)
+        if after.name == PIECES[HOLD] and after.rate > before.rate > 0.0
+    ]
 
 
 def _turning(each: tuple[ControlStage, ...], own: float) -> list[tuple[str, list[str]]]:

@@ -14,7 +14,7 @@ from sdpgrind.base.sheets.amounts import Interval
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Sentences, figures
 from sdpgrind.base.units import UM
 from sdpgrind.plunge._model.problem import CycleProblem
-from sdpgrind.plunge._plan.control_table import ControlStages, stage_table, stages_of
+from sdpgrind.plunge._plan.control_table import ControlStages, faster_told, stage_table, stages_of
 from sdpgrind.plunge._plan.doubted import Safety, limits_of, price_of, price_told
 from sdpgrind.plunge._plan.exact import fastest
 from sdpgrind.plunge._plan.program import CycleProgram, program_of
@@ -275,7 +275,8 @@ class CyclePlan(Plan):
         takes = f"the part of the model takes {stages.time:.2f} s (the plan {self.time:.2f} s)"
         table = stage_table(stages.each, self.problem.model.work_rotation)
         keyed = f"Keyed in like this and switched by the stock, {takes}; {self._kept(stages)}."
-        return table, Sentences([*self._promised(), *price_told(self.price, self.time), keyed])
+        told = [*self._promised(), *price_told(self.price, self.time), *faster_told(stages.each), keyed]
+        return table, Sentences(told)
 
     def _promised(self) -> list[str]:
         """Sentence on the confidence, where there is one."""
