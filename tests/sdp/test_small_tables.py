@@ -138,9 +138,7 @@ def test_the_smallest_form_that_keeps_the_value(bend, monkeypatch):
     assert fine < coarse
     assert small_tables(bend, "double", 0.5 * (coarse + fine))[1]["precision"] == "float32"
     told = []
-    finest = (
-        r"must be >= .*, what tables in .* lose \(double loses .*: the plan's own error of its search"
-    )
+    finest = r"must be >= .*, what tables in .* lose \(double loses .*: the plan's own error of its search"
     with pytest.raises(ValueError, match=finest):
         small_tables(bend, "double", 0.0, tell=lambda share, text: told.append((share, text)))
     stages = [sum(form in text for _, text in told) for form in ("int16", "float32", "double")]

@@ -41,8 +41,7 @@ def _job(file: Table) -> Job:
     settings = table.values(plunge.CycleController, skip=("problem",))
     table.done()
     if file.has("time_constant") and settings.get("sparkout") != "printed":
-        own = problem.replace(time_constant=None)
-        file.made(own.replace, time_constant=problem.time_constant)  # refuses another than the deflection's
+        problem.replace(time_constant=None).replace(time_constant=problem.time_constant)  # warns of another
     table.made(plunge.CycleController, problem, **settings)  # refuses settings before planning
     return Job(_grinder(problem, file.maybe("grinder"), _inspection(file)), settings)
 

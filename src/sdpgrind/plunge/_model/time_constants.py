@@ -55,9 +55,9 @@ def contradiction(problem: Lagging) -> str:
     else:
         instead = f"stiffness = {problem.model.stiffness * own / given:.4g} (N/mm)"
     return (
-        f"time_constant must be left out, or {own:.4g} (s), that of the deflection: the plan rests on the"
-        f" deflection, and {instead} gives it another, as problem.updated(plunge.identify(log,"
-        f" 'time_constant')) does; got {given:g}"
+        f"a time_constant of {given:g} s changes no plan: plans rest on the deflection, of {own:.4g} s, and"
+        f" only a controller with sparkout='printed' takes another; {instead} gives the deflection another,"
+        " as problem.updated(plunge.identify(log, 'time_constant')) does"
     )
 
 
