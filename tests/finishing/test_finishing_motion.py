@@ -235,7 +235,7 @@ def test_refused(changes, said):
 
 def test_a_feed_that_the_motion_nowhere_reaches_warns():
     """Legs of 6 mm at 1000 mm/s^2 reach sqrt(6000) = 77.5 mm/s at most."""
-    said = r"feed_rate of 900 mm/s is reached nowhere: .* at most 77.5 mm/s; .* It would be 15 mm/s"
+    said = r"feed_rate of 900 mm/s is reached nowhere: .* at most 77.5 mm/s .* It would be 15 mm/s"
     with pytest.warns(UserWarning, match=said):
         finishing.plan(EASY.replace(feed_rate=900.0))
     finishing.plan(EASY.replace(feed_rate=200.0))  # none

@@ -221,7 +221,7 @@ def test_error_on_the_machine_names_part_and_time(finished, tmp_path, capsys):
     tall = tmp_path / "job.toml"
     from test_weldbead_toml import P1
 
-    tall.write_text(P1 + "[stand]\nheight = 2.0\n[stand.simple]\nheight_noise = '1 m'\n")
+    tall.write_text(P1 + "[stand]\nheight = 2.0\n[stand.simple]\nheight_noise = '0.5 mm'\n")
     line = refused(capsys, tall, "--simple", "--policy", finished / "policy.nc")
     assert line.startswith("height must be <= height_max = 2 of the policy (mm); got ")
     assert line.endswith("(at 0 s of the part, in part 1)")  # the first scan of bead 0 is below the parent

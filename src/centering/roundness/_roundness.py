@@ -205,8 +205,8 @@ class Roundness(FormerSpread, DeviationsAbout):
         >>> told, _, found = noisy.verdict(0.0023).partition("; ")
         >>> told
         'RONt (LSC) 2.36 µm as measured, 2.04 without the lift of noise (1.84 .. 2.20, 95 % calibrated)'
-        >>> found
-        'limit 2.3 µm: accepted'
+        >>> found  # by the whole interval
+        'limit 2.3 µm: accepted after the correction for noise, as measured it is above the limit'
         """
         most = limit_in_mm("limit", limit)
         return ront_verdict(self, self._usual, most)

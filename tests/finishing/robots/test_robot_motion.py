@@ -288,7 +288,8 @@ def test_along_the_feed_a_wrist_turns_the_tool_without_a_table():
     problem = FinishingProblem(
         FLAT.blended(0.2), robot=HELD["ur10"], placement=PLACE, heading="feed_aligned", pushed=True
     )
-    motion = finishing.plan(problem)
+    with pytest.warns(UserWarning, match=r"0.569 mm/s \('trapezoid': all along as slow"):
+        motion = finishing.plan(problem)
     on = problem.path.at(motion.length)
     along = np.einsum("ij,ij->i", motion.poses[:, :3, 2], on.tangent)
     np.testing.assert_allclose(along, np.cos(problem.contact_angle), atol=1e-2)

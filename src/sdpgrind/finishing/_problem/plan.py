@@ -113,15 +113,16 @@ def plan(
         raise MotionError(
             f"a limit is exceeded: {motion.worst_violation}; try a lower feed_rate or another method", motion
         )
-    _warn_of_feed(motion)
+    _warn_of_feed(motion, method)
     return motion
 
 
-def _warn_of_feed(motion: Motion) -> None:
+def _warn_of_feed(motion: Motion, method: str) -> None:
     """Warn of a feed rate far above all that corners and joints allow."""
     asked, planned = motion.problem.feed_rate, greatest_feed(motion)
     if planned < _REACHED * asked:
+        slow = " ('trapezoid': all along as slow as in the tightest corner)" if method == "trapezoid" else ""
         warn(
             f"feed_rate of {asked:g} mm/s is reached nowhere: acceleration, corners and joints allow at most"
-            f" {planned:.3g} mm/s; is it in mm/min? It would be {units.mm_per_min(asked):.3g} mm/s"
+            f" {planned:.3g} mm/s{slow}; is it in mm/min? It would be {units.mm_per_min(asked):.3g} mm/s"
         )
