@@ -12,13 +12,12 @@ DOCS, EXAMPLES = ROOT / "docs", ROOT / "examples"
 
 @pytest.fixture(scope="module")
 def tables():
-    pytest.importorskip("sphinx")
-    spec = importlib.util.spec_from_file_location("job_tables", DOCS / "job_tables.py")
+    spec = importlib.util.spec_from_file_location("job_keys", DOCS / "job_keys.py")
     module = importlib.util.module_from_spec(spec)
-    sys.modules["job_tables"] = module  # its dataclasses look there
+    sys.modules["job_keys"] = module  # its dataclasses look there
     spec.loader.exec_module(module)
     yield module
-    del sys.modules["job_tables"]
+    del sys.modules["job_keys"]
 
 
 def keys_of(entries, table=""):
