@@ -103,6 +103,7 @@ def test_encodings(read, encoding):
 )
 @example(" ", ",", "utf-8", [(0.0, 100.0)] * 3, 0)  # 0,0 100,0 between commas: 0, 0 100, 0
 @example(" ", ",", "utf-8", [(1.5, 100.0), (2.5, 250.0), (12.25, 500.0)], 2)  # 1, 5 100, 0
+@example(" ", ",", "utf-8", [(0.0, 0.0), (1.5, 100.0), (0.5, 100.0)], 0)  # 0 0 as a name of 5 100 and 5 100
 @example(" ", ",", "utf-8", [(1.5, 100.0), (2.5, 250.0), (3.0, 0.5)], 1)  # a word in one row between commas
 def test_any_layout_gives_the_same_bits(tmp_path_factory, separator, decimal, encoding, rows, above):
     if separator == decimal == ",":

@@ -101,9 +101,13 @@ def _rivals(guess: TextGuess, most: TextGuess) -> bool:
 
 
 def _has_names(lines: Sequence[str], guess: TextGuess) -> bool:
-    """Whether each column has a name; a count of rows without one and a lone bracket have none."""
+    """Whether each column has a name; a count of rows without one and a lone bracket have none.
+
+    Names without a letter are data: ``0,0 0,0`` is no number between commas.
+    """
     headings = headings_of(lines, guess, first_row(lines, guess, numeric_columns(guess)))
-    return bool(headings) and all(each.name for each in headings)
+    letters = any(map(str.isalpha, "".join(each.name for each in headings)))
+    return letters and all(each.name for each in headings)
 
 
 def _readings(guess: TextGuess) -> str:
