@@ -47,7 +47,7 @@ burn_coefficient = 16.0
         ("[tool]", '[robot]\npreset = "ur10"\ntool_length = "100 mm"\n[robot.turntable]\n[tool]'),
         ("[tool]", '[robot]\npreset = "ur10"\n[robot.rail]\n[tool]'),
         ("[surface]", "[surface]\ncontrol_points = []"),
-        ("[surface]", '[surface]\nfile = "part.stl"\nunit = "mm"\nregion = { crease = 0.5 }'),
+        ("[surface]", '[surface]\nfile = "part.stl"\nunit = "mm"\nregion = { crease = 0.5, seed = [0, 0, 0] }'),
     ],
     "centering": [
         ("[machine.truth]", "[machine.scatter]\n[machine.errors]\n[machine.truth]"),
@@ -108,6 +108,7 @@ WORDS = {
     "finishing.surface.file": "STEP file or scan, as seen from the folder of the job.",
     "finishing.surface.control_points": "Control points of a B-spline, rows of [x, y, z], mm.",
     "finishing.surface.degree": "Degrees of the B-spline along both directions.",
+    "finishing.surface.face": "Number of the face, from 0, where the file holds several.",
     "finishing.surface.unit": "Unit of the file, where it does not tell.",
     "finishing.surface.region": "Part of a scan that is a face.",
     "finishing.path.order": "Order of the Hilbert curve.",

@@ -53,3 +53,10 @@ def test_readers_are_as_before_once_the_page_is_made(tables):
     own = dict(vars(tables.Table))
     tables.noted("locus")
     assert dict(vars(tables.Table)) == own
+
+
+def test_keys_that_only_a_file_of_its_own_needs(tables):
+    """No example has a STEP file or a scan."""
+    asked = tables.noted("finishing")["surface"]
+    assert {"file", "unit", "face", "region"} <= set(asked)
+    assert asked["face"].meaning == "Number of the face, from 0, where the file holds several."

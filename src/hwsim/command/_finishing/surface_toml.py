@@ -38,8 +38,9 @@ def _of_file(table: Table, folder: Path) -> Patch:
     options: dict[str, Any] = {"region": _region(table.table("region"))} if table.has("region") else {}
     if table.has("unit"):
         options["unit"] = table.take("unit")
+    index = table.take("face") if table.has("face") else None
     found = _read(table, table.file("file", folder), options)
-    index = table.take("face") if table.has("face") else 0 if len(found) == 1 else None
+    index = 0 if index is None and len(found) == 1 else index
     if isinstance(index, int) and not isinstance(index, bool) and 0 <= index < len(found):
         return found[index]
     faces = "; ".join(f"{k}: {each.name or 'face'}, {each.area:.5g} mm^2" for k, each in enumerate(found))
