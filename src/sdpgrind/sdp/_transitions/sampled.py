@@ -181,8 +181,7 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
 def not_for_axes(menu: Menu, got: str) -> TypeError:
     """Error of a step that gives another thing than a coordinate for each axis."""
     return TypeError(
-        f"move {menu.move.name!r}: "
-        f"step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}"
+        f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}"
     )
 
 
