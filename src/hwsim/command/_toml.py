@@ -81,7 +81,7 @@ class Table:
 
     def text(self, key: str, choices: Mapping[str, Any] | tuple[str, ...]) -> str:
         value = self.take(key)
-        if value not in choices:
+        if not isinstance(value, str) or value not in choices:
             raise ValueError(f"{self.path(key)} must be one of {', '.join(choices)}; got {value!r}")
         return str(value)
 
