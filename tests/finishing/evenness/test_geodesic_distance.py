@@ -102,8 +102,19 @@ def test_distances_that_do_not_converge_are_refused():
     assert swept(metric, 200)[0] == 201
     with pytest.raises(
         ValueError,
-        match=r"^mapping must be another one than 'geodesic' on a grid whose lines are nearly parallel: distances"
-        r" still fall after 200 rounds; got lines that meet at \d\S* rad$",
+        match=r"^mapping must be another one than 'geodesic' on a grid whose lines are nearly parallel, or on a"
+        r" strip with ends askew: distances still fall after 200 rounds; got lines that meet at \d\S* rad, with"
+        r" steps of 1 : \d\S*$",
+    ):
+        solved(*metric)
+
+
+def test_a_strip_with_ends_askew_is_refused_as_that(monkeypatch):
+    """58 mm long, 1 mm wide; its lines meet at 1.03 rad, which is not nearly parallel."""
+    monkeypatch.setattr("sdpgrind.finishing.path._geodesic.ROUNDS", 5)
+    metric = [np.full((65, 65), each / 64**2) for each in (1.0, 30.0, 30.0**2 + 50.0**2)]
+    with pytest.raises(
+        ValueError, match=r"a strip with ends askew: .* meet at 1 rad, with steps of 1 : 58\.3$"
     ):
         solved(*metric)
 
