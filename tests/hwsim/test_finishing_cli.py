@@ -287,6 +287,17 @@ def test_everything_that_can_be_said(tmp_path):
             "[controller] normal_force must be <= 1.682, what current_limit = 0.9 A presses (N); got 9.0, from '9 N'",
         ),
         ("table = false", "table = {kd = -1}", "[cell.truth.table] kd must be >= 0"),
+        (
+            'kind = "pidff"',
+            'kind = "pidf"',
+            "[controller] kind must be one of constant, pidff, damped, lqg; got 'pidf'",
+        ),
+        (
+            'observer = "state"',
+            'observer = "ideal"',
+            "[controller] observer must be 'pid' or 'state': no sensor of a cell has the true contact torque",
+        ),
+        ("degree = [1, 1]", "degree = 1", "surface.degree must be two whole numbers, as [3, 3]; got 1"),
     ],
 )
 def test_faults_name_the_key(tmp_path, capsys, old, new, fault):

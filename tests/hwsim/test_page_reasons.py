@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray
 
-from hwsim._report import locus, plunge
-from hwsim._report.charged import meanings_of
+from hwsim._report import centering, locus, plunge
+from hwsim._report.charged import charges_of, meanings_of
 from hwsim._report.log_page import _count
 from hwsim._report.worst import mean_and_worst
 from hwsim.command._weldbead import report as terminal
@@ -39,6 +39,62 @@ def test_the_least_slack_of_a_page_is_that_of_the_worst_part():
     assert "planned" not in bare["slack"] and bare["time"].endswith(bare["slack"])
     assert locus.planned(log_of(values, SimpleNamespace(margin=6.0), **rates), None)["slack"].value == 6.0
     assert "slack" not in locus.planned(log_of(values, SimpleNamespace(margin="designed"), **rates), None)
+
+
+def test_a_part_that_was_broken_off_is_in_no_mean_of_a_locus_page():
+    """Part 0 was broken off at once, part 1 never came to the best point."""
+    rates = {"true_infeed_rate": (("part", "t"), np.array([[0.5] * 2, [0.010] * 2, [0.012] * 2]))}
+    rates |= {"best_infeed_rate": (("part", "t"), np.full((3, 2), 0.011))}
+    values = {"slack": [9.0, 1.0, 1.2], "convergence_time": [0.1, np.nan, 6.0], "timed_out": [1.0, 0.0, 0.0]}
+    told = locus.reasons(log_of(values, **rates), None)["time"]
+    assert (
+        "reaches it after 6 s on average (part 2 after 6 s): mean infeed rate 11 µm/s, best 11 µm/s" in told
+    )
+
+
+def test_legs_of_a_centering_page_are_those_of_finished_parts():
+    """Touches at 1 and 2 s, the end at 2.5 s; the other part was broken off after 9 s without a push."""
+    table = xarray.Dataset(
+        {
+            "part": ("row", [0, 0, 0, 0, 1, 1]),
+            "time": ("row", [0.0, 1.0, 1.5, 2.0, 0.0, 8.0]),
+            "pushing": ("row", [0.0, 1.0, 0.0, 1.0, 0.0, 0.0]),
+        }
+    )
+
+    class Log(Parts):
+        tiers = ("controller",)
+
+        def __getitem__(self, tier):
+            return table
+
+    plane = np.zeros((2, 1))
+    outcome = log_of(
+        {"time": [2.5, 9.0], "offset": [1e-3, 3.0], "pushes": [2, 0], "timed_out": [0, 1]}
+    ).outcome
+    outcome = outcome.assign(
+        center_x=(("part", "t"), plane + 1.0),
+        center_y=(("part", "t"), plane),
+        true_mu_kinetic=("part", [0.2, 0.9]),
+    )
+    outcome.attrs["plant"] = "CenteringMachine"
+    runs = SimpleNamespace(pushes=np.full(400, 2), offset=np.full(400, 1e-3), last=np.full(400, 0.3))
+    plan = SimpleNamespace(
+        problem=SimpleNamespace(offset_max=5.0, model=SimpleNamespace(mu_kinetic=0.2)),
+        timing=SimpleNamespace(measuring_arc=1.6, busy_time=0.1),
+        finish=2e-3,
+        simulate=lambda **more: runs,
+        start_time=lambda offset: 0.9,
+        cycle_time=lambda offset: 2.2,
+    )
+    told = centering.reasons(Log(outcome=outcome, made_of=None), plan)
+    legs = "1.000 s up to the first push (planned 0.900), 1.000 s from push to push (1.000), 0.500 s after"
+    assert told["time"].startswith(legs) and "friction" not in told["time"]
+    assert told["offset"].startswith("0.0 % of the parts ended above 2 µm")
+    plan.cycle_time = lambda offset: 2.2 if offset else 0.0
+    outcome["center_x"][1] = 0.0
+    promised = charges_of(Log(outcome=outcome, made_of=None), plan).planned["time"]
+    assert promised.mean.value == 2.2
 
 
 def test_the_slack_of_a_plunge_page_names_its_least():

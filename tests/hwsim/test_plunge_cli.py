@@ -379,6 +379,7 @@ FAULTS = [
     ("width = 20", "width = 20\ncolour = 3", "model.colour is not a key; keys here are"),
     ("stiffness", "stifness", "model.stiffness is missing; is model.stifness meant?"),
     ('"malkin"', '"coulomb"', "model.power.sliding must be one of dong, malkin; got 'coulomb'"),
+    ('"malkin"', '["malkin"]', "model.power.sliding must be one of dong, malkin; got ['malkin']"),
     ("pressure = 7.0", "coefficient = 7.0", "model.power.coefficient is not a key; keys here are"),
     ("B = 12.0", "B = -7.2", "[model.burning] B must be > 0 (J/(mm^2 s^(1/2))); got -7.2"),
     (

@@ -26,6 +26,13 @@ COMMAND = [sys.executable, "-c", "import sys; from _hwsim import main; sys.exit(
 BEADS = ["weldbead", "--preset", "P1", "--no-pictures", "--tolerance", "0.05"]
 
 
+def test_a_line_for_a_full_disk_ends_no_work(monkeypatch):
+    """As of ``2> kept.txt``: a fault then had the status 1 of a part that was broken off, and a traceback."""
+    with Path("/dev/full").open("w") as full:
+        monkeypatch.setattr(sys, "stderr", full)
+        assert ended(ValueError("height must be > 0 (mm); got -1.0")) == 2
+
+
 @pytest.mark.parametrize(
     ("error", "status", "said"),
     [

@@ -214,6 +214,13 @@ FAULTS = [
     ('"0.05 kN"', "5", "", "force_max must be > the threshold force 7.84314 N"),
     ("stage = 2", "stage = 2.5", "", "durations[0] must be a multiple of the stage, 2.5 s (s); got 6.0"),
     ('"C1"', '"C4"', "", "[scatter] attribution must be one of C1, K1, K2, mu; got 'C4'"),
+    ("relative_sd = 0.15", "relative_sd = []", "", "[scatter] relative_sd must be a number; got ()"),
+    (
+        "relative_sd = 0.15",
+        "relative_sd = [0.15, 0.1]",
+        "",
+        "[scatter] relative_sd must be a number; got (0.15, 0.1)",
+    ),
     ("relative_sd = 0.15", "relative_sd = -0.15", "", "[scatter] relative_sd must be >= 0; got -0.15"),
     (
         "{ linear = 2.0 }",

@@ -72,6 +72,26 @@ def test_a_compiled_step_divides_by_zero_as_numpy_does():
         np.testing.assert_array_equal(planned(True).table.value, planned(False).table.value)
 
 
+def too_few(s, c, e):
+    return (s.x + e.z,)
+
+
+def too_many(s, c, e):
+    return s.x + e.z, s.y, s.y
+
+
+@pytest.mark.parametrize(("step", "got"), [(too_few, 1), (too_many, 3)])
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_step_gives_a_coordinate_for_each_axis(step, got, compiled):
+    """Compiled, one too few was taken from the state before, and one too many written behind its array."""
+    move = sdp.Move("go", {}, sdp.Sampled(step, {"z": sdp.Discrete([0.0])}, compiled=compiled), charge=0.1)
+    axes = [sdp.Axis(name, 0.0, 1.0, 3) for name in "xy"]
+    problem = sdp.Problem(axes, [move], [sdp.Stop("end", lambda s: s.x)], sdp.Stages(1, 1.0))
+    said = f"move 'go': step must return a tuple of 2 coordinates; got a tuple of {got}"
+    with pytest.raises(TypeError, match=said):
+        sdp.plan(problem)
+
+
 def ratio(s, c, e):
     return (c.to / c.over + e.z,)
 

@@ -3,8 +3,10 @@
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from hwsim._report.statistics import mean
+from hwsim._report.worst import finished
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.sheets.amounts import Interval
 from sdpgrind.base.units import UM
@@ -40,12 +42,16 @@ def _start(log: Any, plan: Any) -> Any:
 
 
 def reasons(log: Any, plan: Any) -> dict[str, str]:
-    """Return reasons for differences, by outcome."""
-    model, friction = _simulated(log, plan), _friction(log.outcome, plan)
+    """Return reasons for differences, by outcome; of the parts that were finished, as their means are."""
+    done = np.flatnonzero(finished(log.outcome))
+    if not done.size:
+        return {}
+    model, outcome = _simulated(log, plan), log.outcome.isel(part=done)
+    friction = _friction(outcome, plan)
     found = {
-        "time": [_legs(log, plan, model), friction],
+        "time": [_legs(log, plan, model, done), friction],
         "pushes": [friction],
-        "offset": [_accepted(log.outcome, plan, model), friction],
+        "offset": [_accepted(outcome, plan, model), friction],
     }
     return {name: "; ".join(filter(None, told)) for name, told in found.items()}
 
@@ -56,14 +62,14 @@ def _friction(outcome: Any, plan: Any) -> str:
     return "" if true == believed else f"friction was {true} on average, {believed} is planned"
 
 
-def _legs(log: Any, plan: Any, model: Any) -> str:
-    """Where the time goes, realised and planned: up to the first push, between pushes, after the last."""
-    outcome, timing = log.outcome, plan.timing
-    before, after = _around(log)
-    between = float(np.mean(outcome.time.values - before - after))
-    first = float(np.mean([plan.start_time(float(offset)) for offset in _start(log, plan)]))
+def _legs(log: Any, plan: Any, model: Any, done: npt.NDArray[np.intp]) -> str:
+    """Where the time of parts goes, realised and planned: up to the first push, between, after the last."""
+    timing = plan.timing
+    before, after = (each[done] for each in _around(log))
+    between = float(np.mean(log.outcome.time.values[done] - before - after))
+    first = float(np.mean([plan.start_time(float(offset)) for offset in _start(log, plan)[done]]))
     last = float(np.mean(np.nan_to_num(model.last)))
-    rest = float(np.mean(_expected(log, plan))) - first - last
+    rest = float(np.mean(_expected(log, plan)[done])) - first - last
     return (
         f"{np.mean(before):.3f} s up to the first push (planned {first:.3f}), {between:.3f} s from push"
         f" to push ({rest:.3f}), {np.mean(after):.3f} s after the last one ({last:.3f}): each measurement is"

@@ -69,7 +69,15 @@ def charges_of(log: Any, plan: Any) -> Charges:
     known, there = _module_of(log), charged_names(log)
     planned = known.planned(log, plan) if known else {}
     reasons = (lambda: known.reasons(log, plan)) if known else dict
-    return Charges(there, {n: Promise(each) for n, each in planned.items() if n in there}, reasons)
+    promised = {n: Promise(_of_known(each, values_of(log, n))) for n, each in planned.items() if n in there}
+    return Charges(there, promised, reasons)
+
+
+def _of_known(planned: Any, values: Floats) -> Any:
+    """What was planned; part by part for those of which a value is known, as a mean leaves out the others."""
+    if not isinstance(planned, np.ndarray) or not np.isfinite(values).any():
+        return planned
+    return np.where(np.isfinite(values), planned, np.nan)
 
 
 def charged_names(log: Any) -> tuple[str, ...]:

@@ -65,12 +65,16 @@ def events(log: Any) -> Iterator[str]:
 
 def reasons(log: Any, plan: Any) -> dict[str, str]:
     """Return reasons for differences, by outcome."""
-    outcome = log.outcome
-    reached = outcome.convergence_time.values
-    known = reached[np.isfinite(reached)]
+    done = finished(log.outcome)
+    if not done.any():
+        return {}
+    outcome = log.outcome.isel(part=np.flatnonzero(done))
+    reached = log.outcome.convergence_time.values
+    known = np.flatnonzero(done & np.isfinite(reached))
     slow = "the controller begins below the best point"
     if known.size:
-        slow += f", reaches it after {known.mean():.3g} s on average (part 0 after {reached[0]:.3g} s)"
+        first = f"part {known[0]} after {reached[known[0]]:.3g} s"
+        slow += f", reaches it after {reached[known].mean():.3g} s on average ({first})"
     true = float(np.nanmean(outcome.true_infeed_rate.values))
     best = float(np.nanmean(outcome.best_infeed_rate.values))
     rates = f"mean infeed rate {UM * true:.3g} µm/s, best {UM * best:.3g} µm/s"

@@ -124,16 +124,16 @@ def _kept(error: BaseException) -> str:
 
 
 def say(text: str) -> None:
-    """Print a line on standard error; where its reader has closed it the work goes on."""
+    """Print a line on standard error; where nobody reads it, or its disk is full, the work goes on."""
     print_to_end(f"hwsim: {text}\n")
 
 
 def print_to_end(text: str = "") -> None:
-    """Print a text, or the rest of one, on standard error; forget it where its reader has closed it."""
+    """Print a text, or the rest of one, on standard error; forget it where that cannot be written."""
     try:
         sys.stderr.write(text)
         sys.stderr.flush()
-    except BrokenPipeError:
+    except OSError:
         _forget_output(sys.stderr)
 
 

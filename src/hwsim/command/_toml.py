@@ -4,6 +4,7 @@ Keys are names of the Python interface; numbers are in the library's units or te
 """
 
 import difflib
+import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -81,7 +82,7 @@ class Table:
 
     def text(self, key: str, choices: Mapping[str, Any] | tuple[str, ...]) -> str:
         value = self.take(key)
-        if value not in choices:
+        if not isinstance(value, str) or value not in choices:
             raise ValueError(f"{self.path(key)} must be one of {', '.join(choices)}; got {value!r}")
         return str(value)
 
@@ -180,9 +181,16 @@ def _required(cls: type, skip: Iterable[str] = ()) -> tuple[str, ...]:
     )
 
 
+def _number(table: Table, key: str, spec: Spec) -> float:
+    """A number; infinity alone where that is the default, as of what has no limit."""
+    if table.take(key) == spec.default == math.inf:
+        return math.inf
+    return table.number(key, "" if spec.unit in ("1", "relative") else spec.unit)
+
+
 # Reader of a field by the kind of its declaration. A pure number may be in percent, in no other unit.
 _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
-    "number": lambda table, key, spec: table.number(key, "" if spec.unit in ("1", "relative") else spec.unit),
+    "number": _number,
     "count": lambda table, key, spec: table.take(key),
     "text": lambda table, key, spec: table.take(key),
     "choice": lambda table, key, spec: table.take(key),

@@ -29,8 +29,15 @@ def _of_points(table: Table) -> finishing.Surface:
     """B-spline of given control points."""
     points, options = table.take("control_points"), {}
     if table.has("degree"):
-        options["degree"] = tuple(table.take("degree"))
+        options["degree"] = _degrees(table.path("degree"), table.take("degree"))
     return table.made(finishing.Surface.bspline, points, **options)
+
+
+def _degrees(name: str, given: Any) -> tuple[int, ...]:
+    """Degrees along u and v; the surface looks at their values."""
+    if not isinstance(given, list) or not all(type(each) is int for each in given):
+        raise ValueError(f"{name} must be two whole numbers, as [3, 3]; got {given!r}")
+    return tuple(given)
 
 
 def _of_file(table: Table, folder: Path) -> Patch:

@@ -24,6 +24,7 @@ from sdpgrind.finishing.path import LiftedPath
 
 NORMAL_FORCE = 1.111  # default force, N; source: the middle level of Wang and Jan (2001)
 KIND = "lqg"  # default controller
+_LIGHT = 1e-9  # N, chosen: a force that every motor presses
 
 _WAVE = {"amplitude": "mm", "wavelength": "mm", "phase": "rad"}
 _HIDDEN = ("inertia", "contact_angular_stiffness", "torque_constant")
@@ -85,6 +86,7 @@ def _job(file: Table, folder: Path, target: str | None) -> Job:
     force = settings.pop("normal_force")
     axis = _axis(problem, file.maybe("axis"))
     controller.made(_check_force, problem, axis, force)
+    controller.made(_check_settings, axis, settings)
     cell = _cell(problem, {"axis": axis, "target_force": force}, file.maybe("cell"))
     return Job(cell, settings, method, _study(file.maybe("study")), program)
 
@@ -100,6 +102,15 @@ def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis
             f"<= {most:.4g}, what current_limit = {axis.current_limit:g} A presses",
             force,
             unit,
+        )
+
+
+def _check_settings(axis: finishing.TorqueAxis, settings: Mapping[str, Any]) -> None:
+    """Refuse a controller before planning; of its force `_check_force` knows more."""
+    made = finishing.TorqueController(axis, **{"kind": KIND} | dict(settings), normal_force=_LIGHT)
+    if made.observer == "ideal":
+        raise checks.refuse(
+            "observer", "'pid' or 'state': no sensor of a cell has the true contact torque", made.observer
         )
 
 

@@ -158,10 +158,13 @@ def _scatter(table: Table) -> weldbead.Scatter:
     numbers = tuple(quantity(table.path("relative_sd"), value, "") for value in sds)
     options = table.values(weldbead.Scatter)
     if table.has("sample"):
-        options["sample"] = tuple(quantity(table.path("sample"), value, "") for value in table.take("sample"))
+        options["sample"] = tuple(table.list_of("sample", ""))
     table.done()
     return table.made(
-        weldbead.Scatter, tuple(names) if several else names, numbers if several else numbers[0], **options
+        weldbead.Scatter,
+        tuple(names) if several else names,
+        numbers if several or len(numbers) != 1 else numbers[0],
+        **options,
     )
 
 

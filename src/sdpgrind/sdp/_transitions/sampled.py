@@ -79,10 +79,7 @@ class Sampled:
         after = self.step(s, c, e)
         if not isinstance(after, tuple) or len(after) != len(menu.grid.axes):
             got = f"a tuple of {len(after)}" if isinstance(after, tuple) else type(after).__name__
-            raise TypeError(
-                f"move {menu.move.name!r}: "
-                f"step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}"
-            )
+            raise not_for_axes(menu, got)
         charge = (
             0.0
             if self.charge is None
@@ -179,6 +176,13 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
                 charge, inside = np.where(leaving, edge, charge), np.where(leaving, 0.0, inside)
         index.append(np.clip(np.nan_to_num(i, nan=0.0, neginf=0.0), 0.0, axis.nodes - 1))
     return index, inside, charge, stopped
+
+
+def not_for_axes(menu: Menu, got: str) -> TypeError:
+    """Error of a step that gives another thing than a coordinate for each axis."""
+    return TypeError(
+        f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}"
+    )
 
 
 def masked(

@@ -24,7 +24,7 @@ from sdpgrind.sdp._transitions.arrival_kernels import (
     _arrived,
 )
 from sdpgrind.sdp._transitions.menu import Menu
-from sdpgrind.sdp._transitions.sampled import Sampled
+from sdpgrind.sdp._transitions.sampled import Sampled, not_for_axes
 
 _KINDS = {Constant: CONSTANT, Linear: LINEAR, Quadratic: QUADRATIC}
 
@@ -87,6 +87,8 @@ def _kernel(
                 total = 0.0
                 for k in range(weight.size):
                     x = step(s, c, noise(*to_fixed_tuple(noises[k], n_noise)))
+                    if len(x) != n_axes:
+                        raise TypeError(len(x))
                     paid = 0.0
                     if charged:
                         paid += charge(s, c, after(*x))
@@ -124,7 +126,10 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
     out = np.empty((bundle.sources.size, menu.rows, bundle.count))
     for k in range(bundle.sources.size):
         sweep, given = _call(bundle, move, k, value, level, out[k])
-        worst = sweep(*given)
+        try:
+            worst = sweep(*given)
+        except TypeError as error:
+            raise not_for_axes(menu, f"a tuple of {error}") from None
         if np.isinf(worst):
             raise ValueError(f"move {menu.move.name!r}: step must give numbers; got NaN or an infinity")
         if not np.isnan(worst):
