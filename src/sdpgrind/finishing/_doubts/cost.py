@@ -6,7 +6,7 @@ import numpy as np
 
 from sdpgrind.base.doubts.rows import Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake, stakes, together
-from sdpgrind.finishing._doubts.parts import Fitted
+from sdpgrind.finishing._doubts.parts import FittedRoughness
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.roughness._model import RoughnessModel
 from sdpgrind.finishing.roughness._terms import NAMES, PATTERNS
@@ -18,7 +18,7 @@ _JOINTLY = f"{_ALONE}; below, the other coefficients of the fit go with the one 
 
 
 def of_roughness(
-    problem: FinishingProblem, rows: Sequence[Doubt], fitted: Fitted | None
+    problem: FinishingProblem, rows: Sequence[Doubt], fitted: FittedRoughness | None
 ) -> tuple[Figure | None, tuple[Stake, ...]]:
     """Return the median roughness, um, at the best force, as believed and at the ends of each interval.
 

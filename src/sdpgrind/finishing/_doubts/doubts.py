@@ -23,7 +23,7 @@ def doubts(problem: FinishingProblem, data: Any, axis: TorqueAxis | None = None)
     rows: list[Doubt] = []
     sentences: list[str] = []
     aligned: Alignment | None = None
-    fitted: parts.Fitted | None = None
+    fitted: parts.FittedRoughness | None = None
     subject = []
     if isinstance(data, Study) or "roughness_ra" in table:
         rows, sentences, fitted = parts.of_parts(problem, data)

@@ -25,7 +25,7 @@ _HINT = "finished parts (pattern, tool_diameter, normal_force, roughness_ra)"
 _UNITS = {"tool_diameter": "mm", "normal_force": "N"}
 
 
-class Fitted(NamedTuple):
+class FittedRoughness(NamedTuple):
     """Estimate of the roughness model, and the problem that takes it over with the ranges of its readings."""
 
     estimate: Estimate
@@ -38,7 +38,7 @@ def believed(model: RoughnessModel) -> dict[str, float]:
     return dict(zip(NAMES, values, strict=True)) | {"residual_sd": model.residual_sd}
 
 
-def of_parts(problem: FinishingProblem, data: Any) -> tuple[list[Doubt], list[str], Fitted | None]:
+def of_parts(problem: FinishingProblem, data: Any) -> tuple[list[Doubt], list[str], FittedRoughness | None]:
     """Rows of the coefficients, sentences on scatter and settings, and what the data make of the problem."""
     estimate = identify_roughness(data, throw=False)
     rows = [
@@ -51,7 +51,7 @@ def of_parts(problem: FinishingProblem, data: Any) -> tuple[list[Doubt], list[st
         return rows, found, None
     ranges = _ranges(problem.model, levels)
     call = 'finishing.identify(log, "roughness")'
-    fitted = Fitted(estimate, problem.updated(estimate).replace(**ranges))
+    fitted = FittedRoughness(estimate, problem.updated(estimate).replace(**ranges))
     words = [f"The roughness model was fitted {estimate.message}.", *found, *_beyond(problem, levels)]
     return rows, [*words, *_to_plan_with(call, ranges)], fitted
 
