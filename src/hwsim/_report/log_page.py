@@ -207,9 +207,8 @@ def _compared(log: Any, charges: Charges) -> AmountTable:
     for name, planned in charges.planned.items():
         values, unit = values_of(log, name), str(log.outcome[name].attrs.get("units", ""))
         if np.isfinite(values).any():
-            cells = [planned.mean, mean(values, least_of(name)), planned.difference(values)]
-            cells.append(_judged(planned, values))
-            rows.append(Amounts.of(name, cells, unit))
+            amounts = planned.mean, mean(values, least_of(name)), planned.difference(values)
+            rows.append(Amounts.of(name, [*amounts, _judged(planned, values)], unit))
     heads = ("figure", "planned", "realised", "difference", "beyond the interval")
     return AmountTable("Mean over the parts, 95 % intervals", rows, heads)
 

@@ -125,7 +125,7 @@ def refuse_face_on(job: "Job") -> None:
         )
 
 
-def tell_beyond(job: "Job") -> None:
+def tell_beyond(job: Any) -> None:
     """Say on standard error that the model tells no roughness of what will be finished, where it does not."""
     from hwsim.command._finishing.report import beyond_line
 
