@@ -232,6 +232,23 @@ def test_what_is_unusual_in_a_removal_rate_warns(wrong, told):
         hwsim.Log.read(SAMPLES / "bead_passes.csv", **BEAD | wrong)
 
 
+def read_without_rate(depth):
+    """Log of passes of 10 J/mm^3 and 0.1 mm, whose depth is told as `depth` in mm."""
+    table = {"a": np.full(9, depth), "f": np.full(9, 6.0), "w": np.full(9, 6.0), "P": np.full(9, 36.0)}
+    units = {"cut_depth": ("a", "mm"), "bead_width": ("w", "mm"), "grinding_power": ("P", "W")}
+    return hwsim.Log.read(table, period=1.0, feed_rate=("f", "mm/s"), **units)
+
+
+def test_power_is_held_against_width_depth_and_feed_without_a_rate():
+    assert read_without_rate(0.1) is not None
+    with pytest.warns(UserWarning, match="imply specific energy 254 J/mm"):
+        read_without_rate(0.1 / 25.4)
+    with pytest.raises(
+        ValueError, match=r"grinding_power must agree with width.* cut_depth in cm, not mm\? Say"
+    ):
+        read_without_rate(0.001)
+
+
 @pytest.mark.parametrize(
     ("times", "told"),
     [
