@@ -134,6 +134,6 @@ def _width(columns: Mapping[str, Column]) -> float:
 
 
 def median_ratio(numbers: Floats, divisors: Floats) -> float:
-    """Return the median magnitude of ratios, in their unit, without those that are missing or 0; NaN: none."""
+    """Return the median magnitude of ratios, in their unit, without missing ones and 0; NaN: none."""
     both = np.isfinite(numbers) & np.isfinite(divisors) & (numbers != 0) & (divisors != 0)
     return float(np.median(np.abs(numbers[both] / divisors[both]))) if np.any(both) else nan

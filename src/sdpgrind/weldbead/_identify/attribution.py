@@ -157,8 +157,8 @@ def _refuse_wrong_depths(
         more = f", and {wrong - 1} more like it" if wrong > 1 else ""
         raise ValueError(
             f"cut_depth must be >= 0 within the scatter of the passes and depth_noise (mm); got {depth:.4g}"
-            f" in the pass of normal_force {force:.6g} N and feed_rate {feed:.6g} mm/s{more}: a wrong reading?"
-            f" Take it out, or say depth_noise= if depths are that uncertain; got {noise:g}"
+            f" in the pass of normal_force {force:.6g} N and feed_rate {feed:.6g} mm/s{more}: a wrong"
+            f" reading? Take it out, or say depth_noise= if depths are that uncertain; got {noise:g}"
         )
 
 
