@@ -12,6 +12,7 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns import binary, memory, text
+from sdpgrind.base.columns.codes import codes
 from sdpgrind.base.columns.exchanged import exchanged
 from sdpgrind.base.columns.mistakes import DeclaredTimes, mistakes, sentence
 from sdpgrind.base.columns.pairs import contradictions
@@ -145,8 +146,7 @@ def _whole(
     if rules.plausible:
         rising = [one_a_time(block, "last") for block in blocks]  # rates need steps > 0
         refuse_other_resample(rules.resample, sum(one.rows for one in found), rising, where)
-        _refuse_mistakes(columns, rising, found[0], rules, where)
-        warn_of_other_time(rising, where)
+        _refuse_or_warn(columns, rising, found[0], rules, where)
     else:
         notes = [*notes, "plausible=False: units are not held against what a machine can mean"]
     sizes, names = [block.time.size for block in blocks], _names(blocks)
@@ -171,6 +171,20 @@ def _names(blocks: list[PartRows]) -> tuple[str, ...]:
             name, again = f"{block.label or k} ({again})", again + 1
         names[name] = None
     return tuple(names)
+
+
+def _refuse_or_warn(
+    columns: Mapping[str, Column], blocks: list[PartRows], first: Taken, rules: Rules, where: str
+) -> None:
+    """Refuse mistakes, and warn of what is unusual; a code for no reading may be why."""
+    odd = codes(blocks, first.bounds)
+    try:
+        _refuse_mistakes(columns, blocks, first, rules, where)
+    except ValueError as error:
+        raise ValueError("; ".join([str(error), *odd])) from None
+    warn_of_other_time(blocks, where)
+    for told in odd:
+        warn(f"{where}, {told}")
 
 
 def _refuse_mistakes(
