@@ -1,4 +1,4 @@
-"""Codes for no reading: a value that returns, far from the rows before and behind it, as -9999 or 0 of a gauge."""
+"""Codes for no reading: a value that returns, far from the rows beside it, as -9999 or 0 of a gauge."""
 
 from collections.abc import Mapping, Sequence
 
@@ -32,8 +32,8 @@ def codes(blocks: Sequence[PartRows], bounds: Mapping[str, Bound]) -> list[str]:
         if told := _of_column([values / each.factor for values in parts], name in _GAUGES):
             (word, rows), header = told, each.heading.header
             found.append(
-                f"column {header!r} is {word} in {rows} rows, far from the rows before and behind them: if that"
-                f" is no reading, {_cure(word, header)}"
+                f"column {header!r} is {word} in {rows} rows, far from the rows before and behind them: if"
+                f" that is no reading, {_cure(word, header)}"
             )
     return found
 

@@ -148,7 +148,12 @@ def _without(values: Floats, missing: Sequence[str]) -> Floats:
 
 
 def _instead(word: str, request: Request, header: str, decimal: str) -> str:
-    """What a word among numbers may be: a number with its unit, or no reading."""
+    """What a word among numbers may be: a number with a comma or with its unit, or no reading."""
+    if decimal == "." and "," in word and number(word, ",") is not None:
+        return (
+            f"with a decimal comma: read the table with decimal=',' (pandas), or turn the column into"
+            f" numbers, table[{header!r}].str.replace(',', '.').astype(float)"
+        )
     found = _WITH_UNIT.fullmatch(word.strip())
     if found is None or numbers([found[1]], decimal)[1] is not None or not is_unit(found[2]):
         return f"(missing=({word!r},) makes it no reading)"
