@@ -23,8 +23,10 @@ print(log.source)
 # What it says
 # ------------
 # The model that is believed is that of a published experiment with small tools and light forces; those of this shop are
-# larger, and the page says so before a number is extrapolated. The exponent of the tool is known well. The terms of the
-# force are not: three forces far from the reference of the model, 1.1 N, tell the parabola only where they were used.
+# larger, and the page says so before a number is extrapolated. The exponent of the tool is known well. The intercept and
+# the terms of the force are so only together: three forces far from the reference of the model, 1.1 N, tell the parabola
+# where they were used. The plan is solved again with what goes together, and last with all of it, within the ranges of
+# the readings. (Of free motion of the torque axis ``doubts`` tells the load torque; ``axis=`` is the axis that you have.)
 
 believed = finishing.preset("specimen")
 print(believed.doubts(log))

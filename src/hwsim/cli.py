@@ -67,6 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None:  # as a command, not from Python
         _open_streams()
         catch_signals()
+    arguments = None
     output: Any = UnreadOutput(sys.stdout)  # ``hwsim weldbead ... | head`` closes it
     try:
         with redirect_stdout(output), warnings.catch_warnings():
@@ -85,7 +86,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             ignore_signals()
         with suppress(OSError):  # as of a disk that is full, which is told already
             output.flush()
-        return ended(error)
+        return ended(error, arguments)
     return status
 
 

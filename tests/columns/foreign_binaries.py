@@ -191,9 +191,10 @@ def form(lines, call, truth=RING, encoding="utf-8"):
     return write
 
 
-def polar(separator, decimal, turns=1, factor=1e3, digits=4):
+def polar(separator, decimal, turns=1, factor=1e3, digits=4, of_degree=1.0):
     lines = [
-        f"{a:.6f}{separator}{d:.{digits}f}" for a, d in zip(np.degrees(TURN), factor * DEVIATION, strict=True)
+        f"{a:.6f}{separator}{d:.{digits}f}"
+        for a, d in zip(of_degree * np.degrees(TURN), factor * DEVIATION, strict=True)
     ]
     return [line.replace(".", decimal) for line in lines * turns]
 
@@ -226,6 +227,7 @@ PROFILES |= {
         {"angle": np.concatenate([TURN, TURN + 2 * np.pi]), "reading": np.tile(RING["reading"], 2)},
     ),
     "form tester, no units": form(["Winkel;Abweichung", *polar(";", ",")], ANGLED, r"column 'Winkel': angle must have a unit; say angle=\(\"Winkel\", \"rad\"\) or another such as deg"),
-    "form tester, gon": form(["Winkel [gon];Abweichung [um]", *polar(";", ",")], ANGLED, "angle must have a unit like rad"),
+    "form tester, gon": form(["Winkel [gon];Abweichung [um]", *polar(";", ",", of_degree=10 / 9)], ANGLED),
+    "form tester, Strich": form(["Winkel [Strich];Abweichung [um]", *polar(";", ",")], ANGLED, "angle must have a unit like rad"),
     "form tester, inch": form(["Winkel [deg];Abweichung [in]", *polar(";", ".", 1, 1 / 25.4, 12)], ANGLED),
 }  # fmt: skip

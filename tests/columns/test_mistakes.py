@@ -232,6 +232,23 @@ def test_what_is_unusual_in_a_removal_rate_warns(wrong, told):
         hwsim.Log.read(SAMPLES / "bead_passes.csv", **BEAD | wrong)
 
 
+def read_without_rate(depth):
+    """Log of passes of 10 J/mm^3 and 0.1 mm, whose depth is told as `depth` in mm."""
+    table = {"a": np.full(9, depth), "f": np.full(9, 6.0), "w": np.full(9, 6.0), "P": np.full(9, 36.0)}
+    units = {"cut_depth": ("a", "mm"), "bead_width": ("w", "mm"), "grinding_power": ("P", "W")}
+    return hwsim.Log.read(table, period=1.0, feed_rate=("f", "mm/s"), **units)
+
+
+def test_power_is_held_against_width_depth_and_feed_without_a_rate():
+    assert read_without_rate(0.1) is not None
+    with pytest.warns(UserWarning, match="imply specific energy 254 J/mm"):
+        read_without_rate(0.1 / 25.4)
+    with pytest.raises(
+        ValueError, match=r"grinding_power must agree with width.* cut_depth in cm, not mm\? Say"
+    ):
+        read_without_rate(0.001)
+
+
 @pytest.mark.parametrize(
     ("times", "told"),
     [
@@ -334,3 +351,59 @@ def test_limits_of_roundness_are_in_millimetres():
         ValueError, match=r"limits\['RONt'\] must be in mm, some 0.003; units.um\(...\) .* got 10"
     ):
         ring.report(limits={"RONt": 10})
+
+
+def cycle():
+    """Cycle of a size in um that lags its rate in um/s, with a power in W; and the position that was commanded, mm."""
+    time = np.arange(0.0, 12.0, 0.05)
+    rate = np.where(time < 6.0, 30.0, 0.0)
+    position = np.minimum(30.0 * time, 180.0)
+    size = position - 20.0 * np.where(time < 6.0, 1 - np.exp(-time), np.exp(6.0 - time))
+    size += np.random.default_rng(0).normal(0.0, 0.3, time.size)
+    power = 300.0 + 30.0 * rate + np.random.default_rng(1).normal(0.0, 5.0, time.size)
+    return pd.DataFrame({"t": time, "x": size, "v": rate, "P": power, "pos": position / 1000})
+
+
+CYCLE = {"time": ("t", "s"), "size": ("x", "um"), "command_rate": ("v", "um/s"), "grinding_power": ("P", "W")}
+
+
+@pytest.mark.filterwarnings("ignore:.*the file says")
+@pytest.mark.parametrize("of_file", [True, False])
+def test_a_size_that_was_exchanged_with_another_quantity_is_told(of_file):
+    table = cycle().rename(columns={"x": "x [um]", "P": "P [W]"} if of_file else {})
+    assert hwsim.Log.read(table, **CYCLE) is not None
+    with pytest.raises(ValueError, match=r'exchanged\? Say size=\("x", "um"\), grinding_power=\("P", "W"\)'):
+        hwsim.Log.read(table, **CYCLE | {"size": ("P", "um"), "grinding_power": ("x", "W")})
+
+
+def test_a_slide_that_follows_the_rate_is_not_taken_for_the_size():
+    asked = CYCLE | {"slide": ("pos", "mm"), "size": ("x", "in")}
+    with pytest.raises(ValueError, match="size") as told:
+        hwsim.Log.read(cycle(), **asked)
+    assert "exchanged" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("unit", "told"),
+    [("mm", "like mm/s .* of a position its slope"), ("mm/s", "command_rate must be a rate; it rises")],
+)
+def test_a_position_in_place_of_the_rate_is_told(unit, told):
+    with pytest.raises(ValueError, match=f"{told}.*numpy.gradient"):
+        hwsim.Log.read(cycle(), **CYCLE | {"command_rate": ("pos", unit)})
+
+
+def test_a_decimal_comma_in_a_table_is_told():
+    table = cycle().assign(t=lambda d: d["t"].map("{:.2f}".format).str.replace(".", ","))
+    with pytest.raises(ValueError, match="got '0,00' in row 1 with a decimal comma: ") as told:
+        hwsim.Log.read(table, **CYCLE)
+    assert "missing=" not in str(told.value)
+
+
+def test_deviations_in_place_of_radii_are_told_at_once():
+    table = {"a": np.arange(360.0), "d [um]": 14 * np.cos(np.radians(np.arange(360.0)))}
+    told = r'these are deviations: Profile.read takes them as deviation=\("d", "um"\), radius='
+    with pytest.raises(ValueError, match=told):
+        Profile.read(table, angle=("a", "deg"), reading="d")
+    radii = {"a": np.arange(360.0), "d [um]": 14 + np.cos(np.radians(np.arange(360.0)))}
+    with pytest.raises(ValueError, match=r'in another unit: reading=\("d", "mm"\)'):
+        Profile.read(radii, angle=("a", "deg"), reading="d")

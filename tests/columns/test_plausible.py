@@ -238,3 +238,47 @@ def test_every_quantity_of_the_machines_may_be_read():
     for machine in machines:
         for name, unit in {**machine.measures, **machine.accepts}.items():
             assert KNOWN[name].unit == unit, name
+
+
+def cycle_with(code, *rows):
+    """Cycle of a gauge in um with noise, whose rows show a code."""
+    time = np.arange(0.0, 12.0, 0.05)
+    rate = np.where(time < 6.0, 30.0, 0.0)
+    size = 30.0 * np.minimum(time, 6.0) + np.random.default_rng(0).normal(0.0, 0.3, time.size)
+    size[list(rows)] = code
+    return {"t [s]": time, "x [um]": size, "v [um/s]": rate}
+
+
+ASKED = {"time": "t", "size": "x", "command_rate": "v"}
+
+
+@pytest.mark.parametrize(
+    ("code", "rows", "told"),
+    [
+        (-9999.0, range(3, 240, 50), "is -9999 in 5 rows, .* say missing=.*-9999"),
+        (9999.0, range(3, 240, 12), "is 9999 in 20 rows"),
+        (0.0, range(101, 105), r"is 0 in 4 rows, .* make it none in a table: .*mask"),
+    ],
+)
+def test_a_code_for_no_reading_is_told(code, rows, told):
+    with pytest.warns(UserWarning, match=told):
+        hwsim.Log.read(cycle_with(code, *rows), **ASKED)
+
+
+def test_a_refusal_tells_a_code_too():
+    with pytest.raises(ValueError, match=r"must follow command_rate.*; column .x \[um\]. is -9999.*missing="):
+        hwsim.Log.read(cycle_with(-9999.0, *range(3, 240, 50)), **ASKED | {"command_rate": ("v", "um/s", 2)})
+
+
+@pytest.mark.parametrize(
+    ("code", "rows"), [(-9999.0, [50]), (0.0, range(9)), (150.0, range(100, 110)), (250.0, range(230, 240))]
+)
+def test_a_spike_an_air_cut_a_hold_and_a_gauge_that_is_withdrawn_are_no_codes(code, rows):
+    hwsim.Log.read(cycle_with(code, *rows), **ASKED)
+
+
+@pytest.mark.parametrize("word", ["-9999", "-9999.0", -9999])
+def test_numbers_of_a_table_are_no_reading_as_those_of_a_text_are(word):
+    """`missing=` was passed over in silence where a column held numbers."""
+    log = hwsim.Log.read(cycle_with(-9999.0, 53, 103), **ASKED, missing=[word])
+    assert [note.missing for note in log.source.columns] == [0, 2, 0]

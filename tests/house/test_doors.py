@@ -171,6 +171,16 @@ def test_numbers_and_arrays_are_converted():
     assert float(units.inch(xr.DataArray(2.0))) == 50.8
 
 
+@pytest.mark.parametrize(
+    "value", ["12.5", ["1", "2"], [True, False], [[1.0], [1.0, 2.0]], [1.0, None]], ids=str
+)
+@pytest.mark.parametrize("check", [checks.finite_array, checks.reals])
+def test_texts_and_truth_values_are_no_numbers(check, value):
+    """numpy makes 12.5 of a text and 1.0 of a truth value: as likely the wrong column."""
+    with pytest.raises(TypeError, match=r"height must be .*number.* \(mm\); got "):
+        check("height", value, "mm")
+
+
 def test_a_probability_is_neither_0_nor_1():
     assert checks.probability("alpha", 0.05) == 0.05
     for value in (0.0, 1.0, -0.1, 95):

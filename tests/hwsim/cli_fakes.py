@@ -8,6 +8,7 @@ SHARE = r"[ \d]{3} % .*\n"  # of a command that a busy machine takes more than 9
 NEWS = re.compile(
     r"hwsim: .* takes? (about|less than) \d+ s.*\n"
     r"|hwsim: (planning|searching a placement of the work|running \d+ \w+( twice)?|planning and running .*) \.\.\.\n"
+    r"|hwsim: no roughness is told: .*\n"
     rf"|{SHARE}"
 )
 

@@ -11,6 +11,7 @@ import hwsim
 import sdpgrind
 from hwsim._log.log import same
 from hwsim.cli import main
+from hwsim.command._finishing.report import beyond_line, report
 from hwsim.command._finishing.toml import read
 from sdpgrind import finishing
 
@@ -105,9 +106,48 @@ def test_prints_the_plan_beside_what_came_of_it(job, finished, capsys):
     force = outcome.normal_force.values
     assert rows["force (N)"] == ["0.8000", f"{force.mean():.4f}", f"{force.std(ddof=1) / np.sqrt(3):.4f}"]
     assert rows["rms off the force (N)"][1] == f"{outcome.force_error.values.mean():.4f}"
-    assert rows["time (s)"][0] == f"{motion.duration:.3f}" and rows["beyond the model (%)"][1] == "100.0"
+    assert rows["time (s)"][0] == f"{motion.duration:.3f}" and rows["beyond the model (%)"] == [
+        "100.0",
+        "100.0",
+        "0.0",
+    ]
     assert "roughness Ra (µm)" not in rows  # the model knows no such path
     assert lines[-1] == f"kept in {finished}: motion.nc, run.nc, run.db, report.html"
+
+
+def test_what_the_model_does_not_know_is_said_before_the_run(job, finished, tmp_path, capsys):
+    def told(text):
+        (tmp_path / "job.toml").write_text(text)
+        found = read(tmp_path / "job.toml")
+        return beyond_line(found.problem, found.stand.target_force)
+
+    said(capsys, job, "--parts", 3, "--rng", 2, "--no-pictures", "--out", finished)
+    assert main(["finishing", str(job), "--parts", "1", "--no-pictures"]) == 0
+    line, begins = "hwsim: no roughness is told: its model does not know pattern hilbert2\n", "hwsim: running"
+    error = capsys.readouterr().err
+    assert error.count(line) == 1 and error.index(line) < error.index(begins)
+    known = SMALL.replace("order = 2", "order = 4")
+    assert told(known) == ""
+    small = known.replace("0.8", "0.2").replace("[tool]", "[tool]\ntool_diameter = 1.0")
+    assert told(small) == (
+        "no roughness is told: its model does not know a tool of 1 mm (3 to 4 mm) or a force of 0.2 N (0.556"
+        " to 1.667 N)"
+    )
+
+
+def test_roughness_beyond_its_model_has_no_digits(job, finished, tmp_path):
+    log, motion = sdpgrind.load(finished / "run.nc"), sdpgrind.load(finished / "motion.nc")
+    log.outcome["roughness_ra"][:], log.outcome["extrapolated"][:] = [0.005, 0.1528, 0.004], [0.0, 1.0, 0.0]
+    text = report("a job", log, motion, read(job))
+    cells = [line.split()[-1] for line in text.splitlines()[4:10]]
+    assert cells == ["mm", "0.00500", "-", "0.00400", "0.00500", "0"]
+    assert f"{'Ra of 2 parts (µm)':<24}{'':>12}{'4.500':>12}{'0.500':>12}" in text and "52." not in text
+    page = log.report(tmp_path / "page.html", plan=motion)
+    assert "0.1528" not in Path(page).read_text("utf-8") and "152.8" not in Path(page).read_text("utf-8")
+    log.outcome["extrapolated"][:] = 1.0
+    text = report("a job", log, motion, read(job))
+    assert [line.split()[-1] for line in text.splitlines()[5:10]] == ["-"] * 5 and "nan" not in text
+    assert "Ra of" not in text and "roughness Ra" not in text
 
 
 def test_a_finished_run_is_reported_again_and_made_longer(job, finished, tmp_path, capsys):

@@ -17,6 +17,7 @@ import sdpgrind
 from hwsim._log.fingerprint import fingerprint
 from hwsim._report.charged import charged_names, least_of, likeness, worst_parts
 from hwsim._report.job import made_again
+from hwsim._report.log_page import _judged
 from hwsim._report.remade import refuse_unable
 from hwsim._report.statistics import Promise, counted_share, mean
 from hwsim._report.worst import worst_part
@@ -355,6 +356,19 @@ def test_the_verdict_on_a_difference_is_that_of_its_interval(planned):
     promise = Promise(Interval(planned, 0.05))
     off = promise.difference(values)
     assert promise.differs(values) == (abs(off.value) > off.half)
+
+
+def test_an_interval_as_wide_as_the_plan_tells_nothing():
+    """Two parts: Student's t of one degree of freedom is 12.7, 0.14 +- 0.28 N on a planned 0.2 N."""
+    force = np.array([0.3130, 0.3576])
+    promise = Promise(Interval(0.2, 0.0))
+    assert promise.difference(force).half == pytest.approx(12.706 * 0.0223, rel=1e-3)
+    assert not promise.differs(force) and not promise.told(force)
+    assert _judged(promise, force) == "not told by 2 parts"
+    near = np.array([0.19, 0.20, 0.21, 0.20])
+    assert promise.told(near) and _judged(promise, near) == "as planned"
+    assert promise.told(10 * force) and _judged(promise, np.array([0.4, 0.41, 0.4])) == "differs"
+    assert Promise(Interval(0.0, 0.0)).told(force - 0.33) and _judged(promise, force[:1]) == "one value"
 
 
 def test_a_hidden_truth_that_explains_is_named():

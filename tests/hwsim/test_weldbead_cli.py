@@ -166,16 +166,17 @@ def test_a_run_can_be_made_longer(finished, tmp_path, capsys):
     assert (tmp_path / "run" / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
 
 
-def test_interrupted(finished, monkeypatch, capsys):
+def test_interrupted(finished, monkeypatch, capsys, tmp_path):
     def interrupt(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(_work, "_run", interrupt)
-    assert main(["weldbead", "--simple", "--policy", str(finished / "policy.nc")]) == 130
-    assert (
-        without_news(capsys.readouterr().err)
-        == "hwsim: interrupted; the same command with the same --out goes on from here\n"
-    )
+    job = ["weldbead", "--simple", "--policy", str(finished / "policy.nc")]
+    kept = "the same command with the same --out goes on from here"
+    lost = "nothing is kept: with --out DIR the same command goes on from there"
+    for out, stays in ([], lost), (["--out", str(tmp_path / "run")], kept):
+        assert main([*job, *out]) == 130
+        assert without_news(capsys.readouterr().err) == f"hwsim: interrupted; {stays}\n"
 
 
 def test_journal_of_another_seed(finished, capsys):

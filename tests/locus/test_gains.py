@@ -12,6 +12,8 @@ from locus_inside import Lag, Pid, lagged_map, radius, sampled_radius
 
 from sdpgrind import locus
 from sdpgrind.locus import gains
+from sdpgrind.locus.gains import _drift
+from sdpgrind.locus.gains._drift import Drift
 
 KOREN = koren()
 WHOLE = gains.design_gain(KOREN, x=(0.5, 20.0))
@@ -220,6 +222,18 @@ def test_margin_of_a_gain_that_overshoots():
         adversaries(0.01, 1000, 200, np.random.default_rng(5), 0.52, 1.0)
     ).worst_violation.max()
     assert 0 < worst <= margin <= 1.5 * worst
+
+
+def test_a_start_that_creeps_on_is_bounded_by_the_furthest_place(monkeypatch):
+    """Where a search ends too early the bound holds, and is wider; the start only counts with overshoot."""
+    design = gains.design_gain(KOREN, x=(1.0, 4.0))
+    drift = Drift(KOREN, design.loose, design.tight, 0.01, lambda s: np.full(np.shape(s), 0.6), design.start)
+    known = drift._played(0.0, drift.furthest)[0]
+    settled = drift._settled(drift._start(0.0), 0.0)
+    monkeypatch.setattr(_drift, "LONGEST", 0)
+    furthest = drift._settled(drift._start(0.0), 0.0)
+    assert np.all(drift.direction * (furthest - settled) > 0)
+    assert drift._played(0.0, drift.furthest)[0] >= known > 0
 
 
 @settings(deadline=None, max_examples=20)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from weldbead_inside import checks_of
 
 import hwsim
 from sdpgrind import sdp, weldbead
@@ -98,3 +99,16 @@ def test_missing_columns():
     data = drawn(P1, np.random.default_rng(2))
     with pytest.raises(ValueError, match="data must hold grinding_power and removal_rate"):
         P1.doubts({"feed_rate": data["feed_rate"]})
+
+
+@pytest.mark.parametrize(("inches", "told"), [(1.0, []), (25.4, ["a specific energy of 254 J/mm^3"])])
+def test_depths_without_a_removal_rate_are_held_against_the_power(inches, told):
+    """Of 10 J/mm^3; a depth in inches that is taken for mm makes 25.4 times as much."""
+    depth, feed = np.full(4, 0.1), np.full(4, 6.0)
+    table = {
+        "cut_depth": depth / inches,
+        "feed_rate": feed,
+        "grinding_power": 10 * P1.model.bead_width * depth * feed,
+    }
+    found = [each for each in checks_of(P1, table) if "specific energy" in each]
+    assert len(found) == len(told) and all(words in each for each, words in zip(found, told, strict=True))

@@ -192,6 +192,26 @@ def test_noise_of_the_depth_is_no_scatter():
     assert weldbead.identify(noisy, "scatter", model=BASE)["K1"] > corrected["K1"] * 1.1
 
 
+@pytest.mark.parametrize(("wrong", "more"), [([-0.02], ""), ([-0.02, -0.015], ", and 1 more like it")])
+def test_a_depth_below_zero_far_outside_the_scatter_is_refused_with_its_pass(wrong, more):
+    """One of 240 made the scatter of C1 1.5 times as great, without a word."""
+    data = pass_data("C1", 0.06)
+    depth = data["cut_depth"].copy()
+    depth[[3, 7][: len(wrong)]] = wrong  # of 50 N at 3 mm/s
+    told = rf"got -0\.02 in the pass of normal_force 50 N and feed_rate 3 mm/s{more}: a wrong reading\?"
+    with pytest.raises(ValueError, match=told):
+        weldbead.identify(data | {"cut_depth": depth}, "scatter", model=BASE)
+
+
+def test_depths_below_zero_of_a_noisy_gauge_are_taken():
+    """Light passes of like depth scatter as much, as the gauge does."""
+    data = pass_data("C1", 0.06)
+    noisy = data["cut_depth"] + np.random.default_rng(3).normal(0, 0.016, FORCES.size)
+    assert np.sum(noisy < 0) == 1
+    for known in (0.0, 0.016):
+        weldbead.identify(data | {"cut_depth": noisy}, "scatter", model=BASE, depth_noise=known)
+
+
 def test_forces_below_the_threshold_say_nothing():
     data = pass_data("K1", 0.15)
     more = {

@@ -1,6 +1,7 @@
 """Private names that tests of weld beads use."""
 
 from sdpgrind.sdp._plan.look_up_error import between_nodes
+from sdpgrind.weldbead._doubts.passes import checks_of
 from sdpgrind.weldbead.force._feedback import CONTACT_STIFFNESS
 from sdpgrind.weldbead.force._kernels import _backlash_step, _play_step, plant_sample
 from sdpgrind.weldbead.force._margins import parametrised
@@ -14,6 +15,7 @@ __all__ = [
     "_backlash_step",
     "_play_step",
     "between_nodes",
+    "checks_of",
     "default_tolerance",
     "parametrised",
     "plant_sample",

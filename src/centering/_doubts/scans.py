@@ -8,7 +8,8 @@ import numpy as np
 
 from centering._problem.problem import CenteringProblem
 from centering.circle._fit.estimate import CircleEstimate
-from centering.circle._fit.identify import identify_circle, unlike_turns
+from centering.circle._fit.identify import identify_circle
+from centering.roundness._gone_round import unlike
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.doubts import gauge
@@ -56,7 +57,7 @@ def of_scans(problem: CenteringProblem, each: Sequence[Scan]) -> tuple[Doubt, li
     row = compared(_mean(circles), "radius", problem.model.part.radius, note="circle")
     sentences = [] if len(each) > 1 else [_place(problem, circles[0])]
     sentences += [_noise(circles, each), _form(circles[0], each[0]), _arc(circles)]
-    sentences += dict.fromkeys(unlike_turns(*scan) for scan in each)
+    sentences += dict.fromkeys(unlike(*scan) for scan in each)
     return row, [sentence for sentence in sentences if sentence]
 
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from centering.circle._fit.identify import unlike_turns
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns.angles import angle_headings
 from sdpgrind.base.columns.read import opened
@@ -16,6 +17,7 @@ _WHOLE = 0.75  # chosen: share of the turn below which a ring was not gone round
 _OVERLAP = 0.25  # chosen: share of a turn that is there twice from which on the two are compared
 _LIKE = 0.5  # chosen: correlation of two turns of one ring; noise alone has less, too
 _SMOOTH = 0.5  # chosen: correlation of neighbours; the difference of two turns of one ring is noise
+_FAR = 36  # chosen: so many of a turn; noise that resembles its neighbours is another one there
 
 
 def refuse_unnamed_angle(data: Any, rules: Rules) -> None:
@@ -70,20 +72,43 @@ def refuse_unlike_turns(angle: Floats, reading: Floats, radius: float, file: str
 
     Two turns differ by noise; of an arc that was taken for too many turns they are two pieces of one.
     """
-    order = np.argsort(angle)
-    angle, reading = angle[order], reading[order]
-    if angle.size < 2 or angle[-1] - angle[0] < (1 + _OVERLAP) * _TURN:
-        return
-    again = angle >= angle[0] + _TURN
-    first = np.interp(angle[again] - _TURN, angle, reading)
-    like, apart = _correlation(first, reading[again]), reading[again] - first
-    if like < _LIKE and _correlation(apart[1:], apart[:-1]) > _SMOOTH:
-        turns = float(angle[-1] - angle[0] + np.median(np.diff(angle))) / _TURN
+    like = _likeness(angle, reading)
+    if like is not None:
+        turns = float(np.ptp(angle) + np.median(np.diff(np.sort(angle)))) / _TURN
         raise ValueError(
             f"{file}: readings must repeat from turn to turn; at radius={radius:g} mm the arc goes round"
             f" {turns:.3g} times, which are not alike (correlation {like:.2g}): once at"
             f" radius={turns * radius:.6g} (plausible=False takes it as it is)"
         )
+
+
+def unlike(angle: Floats, reading: Floats) -> str:
+    """Sentence on turns (rad, mm) of unlike circles, or whose readings do not repeat; "": they are alike."""
+    if told := unlike_turns(angle, reading):
+        return told
+    like = _likeness(angle, reading, 1 / _FAR)
+    if like is None:
+        return ""
+    return (
+        f"the readings do not repeat from turn to turn (correlation {like:.2g}): is the angle in another"
+        " unit, does the part slip, or has the roller waves of its own?"
+    )
+
+
+def _likeness(angle: Floats, reading: Floats, apart_by: float = 0.0) -> float | None:
+    """Correlation of two turns (rad, mm) that differ by more than noise; None: one turn, or they are alike.
+
+    What differs is no noise where it stays for a reading, and for a share `apart_by` of a turn (unit 1).
+    """
+    order = np.argsort(angle)
+    angle, reading = angle[order], reading[order]
+    if angle.size < 2 or angle[-1] - angle[0] < (1 + _OVERLAP) * _TURN:
+        return None
+    again = angle >= angle[0] + _TURN
+    first = np.interp(angle[again] - _TURN, angle, reading)
+    like, apart = _correlation(first, reading[again]), reading[again] - first
+    later = max(round(apart_by * angle.size * _TURN / (angle[-1] - angle[0])), 1)
+    return like if like < _LIKE and _correlation(apart[later:], apart[:-later]) > _SMOOTH else None
 
 
 def _correlation(x: Floats, y: Floats) -> float:

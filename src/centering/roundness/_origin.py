@@ -34,6 +34,8 @@ class Origin:
 
     `stuck`: sentence on equal readings in a row, looked for before a filter; "": there are none.
 
+    `unlike`: sentence on turns that do not repeat, looked for before a filter; "": they do.
+
     `disagreement`: sentence on steps of a separation that do not agree; empty where they do.
 
     `noise_given`: whether `noise_sd` was given by the user.
@@ -59,6 +61,7 @@ class Origin:
     suspects: int = -1
     hidden: str | None = None
     stuck: str | None = None
+    unlike: str | None = None
     disagreement: str = ""
     source: str = dataclasses.field(default="", compare=False)
 
@@ -115,8 +118,9 @@ def runout_sentence(runout: RollerError) -> str:
 
 
 def remarks_on(origin: Origin) -> tuple[str, ...]:
-    """Sentences on steps that do not agree, and on readings as of asperities or of a stuck probe."""
-    return (*filter(None, (origin.disagreement, origin.stuck)), *_suspect_sentence(origin))
+    """Sentences on steps or turns that do not agree, and on readings as of asperities or a stuck probe."""
+    told = origin.disagreement, origin.stuck, origin.unlike
+    return (*filter(None, told), *_suspect_sentence(origin))
 
 
 def _suspect_sentence(origin: Origin) -> tuple[str, ...]:

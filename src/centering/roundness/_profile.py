@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from centering.circle._fit.identify import unlike_turns
 from centering.roundness import _profile_record as profile_record
 from centering.roundness import _profile_steps as steps_of
 from centering.roundness._comparison import compared
@@ -155,11 +154,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
             When the samples cover less than half a turn, or nothing fixes the circle.
         """
         found = steps_of.roundness(self, kind)
-        return found.replace(
-            origin=dataclasses.replace(
-                found.origin, suspects=self._suspects, hidden=self._hidden, stuck=self._stuck
-            )
-        )
+        return found.replace(origin=dataclasses.replace(found.origin, **self._looked_for))
 
     def compare(
         self,
@@ -268,8 +263,8 @@ class Profile(FormerNames, SteppedReadings, Plan):
 
     @property
     def unlike_turns(self) -> str:
-        """Sentence on turns that differ as those of two rings would, by their circles (mm); empty: alike."""
-        return unlike_turns(self.angle, self.reading)
+        """Sentence on turns that do not repeat, as of two rings or angles in a false unit; empty: they do."""
+        return self._unlike
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> "Profile":

@@ -2,7 +2,7 @@
 
 import dataclasses
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from centering.roundness._correction import corrected
 from centering.roundness._evened import Evened, evened
 from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._given_readings import GivenReadings
+from centering.roundness._gone_round import unlike
 from centering.roundness._hidden_noise import hidden_noise
 from centering.roundness._known_noise import with_known_noise
 from centering.roundness._origin import Made
@@ -318,7 +319,7 @@ class SteppedReadings(GivenReadings):
         even = self._evened
         made = steps_of.filtered(self, asked) if even is None else steps_of.filtered_evenly(self, asked, even)
         profile = self._made(made)
-        profile._note(suspects=self._suspects, hidden=self._hidden, stuck=self._stuck)
+        profile._note(**self._looked_for)
         return profile
 
     @cached_property
@@ -327,6 +328,16 @@ class SteppedReadings(GivenReadings):
         if self.roller_error is not None and not is_even(self.part_angle):
             return None
         return evened(self.part_angle, self.deviation, self.circle.value)
+
+    @property
+    def _looked_for(self) -> dict[str, Any]:
+        """What is looked for before a filter, by the name that it has in the origin."""
+        return {
+            "suspects": self._suspects,
+            "hidden": self._hidden,
+            "stuck": self._stuck,
+            "unlike": self._unlike,
+        }
 
     @cached_property
     def _hidden(self) -> str:
@@ -339,6 +350,12 @@ class SteppedReadings(GivenReadings):
         """Sentence on equal readings in a row, as of a probe that stood still; "": there are none."""
         known = self._origin.stuck
         return (known or "") if known is not None or self._origin.sd else stuck(self.angle, self.reading)
+
+    @cached_property
+    def _unlike(self) -> str:
+        """Sentence on turns that do not repeat; "": they do."""
+        known = self._origin.unlike
+        return (known or "") if known is not None or self._origin.sd else unlike(self.angle, self.reading)
 
     @cached_property
     def _suspects(self) -> int:

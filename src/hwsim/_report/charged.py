@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hwsim._report.statistics import Promise
-from hwsim._report.worst import badness, broken_off, worst_part
+from hwsim._report.worst import badness, broken_off, modelled, worst_part
 from sdpgrind.base.checks import Floats
 
 # Plant -> module; a table, since a file must not name code to import
@@ -108,9 +108,9 @@ def _module_of(log: Any) -> Any:
 def values_of(log: Any, name: str) -> Floats:
     """Return an outcome of each part; NaN where the part was broken off and it counts for finished ones.
 
-    Texts have no value: NaN.
+    Texts have no value, and roughness beyond its model has none: NaN.
     """
-    found = log.outcome[name].values
+    found = modelled(log.outcome)[name].values
     values = np.array(found, dtype=float) if found.dtype.kind in "biuf" else np.full(len(log), np.nan)
     if name in _OF_FINISHED:
         values[[bool(each) for each in broken_off(log.outcome)]] = np.nan

@@ -7,7 +7,7 @@ import numpy as np
 
 from hwsim._report.charged import FAULTS, FLAGS, least_of
 from hwsim._report.statistics import counted_share, mean
-from hwsim._report.worst import broken_off, worst_part
+from hwsim._report.worst import broken_off, modelled, worst_part
 from sdpgrind.base.brief import counted, listed
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Picture, Sentences
@@ -15,7 +15,7 @@ from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Picture, Se
 
 def comparison(log: Any) -> Iterator[Block]:
     """Yield the blocks of a log of `compare`, up to the problem."""
-    outcome = log.outcome
+    outcome = modelled(log.outcome)
     names, plant = [str(name) for name in outcome.controller.values], outcome.attrs.get("plant", "data")
     scalar = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part")]
     told = [name for name in scalar if np.any(np.ptp(np.nan_to_num(outcome[name].values), axis=(0, 1)))]

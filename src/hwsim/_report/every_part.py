@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hwsim._report.charged import FLAGS, charged_names
-from hwsim._report.worst import broken_off
+from hwsim._report.worst import broken_off, modelled
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Sentences
 
@@ -31,7 +31,7 @@ def every_part(log: Any, columns: Callable[[Any, int], Sequence[Amounts]]) -> It
 
 def outcomes(log: Any, shown: int) -> list[Amounts]:
     """Return columns with what the first parts of a run became, and why they were broken off."""
-    outcome, why = log.outcome, broken_off(log.outcome)
+    outcome, why = modelled(log.outcome), broken_off(log.outcome)
     columns = [Amounts.of("part", range(shown))]
     columns += [_column(outcome[name], name, shown) for name in _scalars(outcome, charged_names(log))]
     if any(why):

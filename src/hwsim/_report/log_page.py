@@ -24,7 +24,7 @@ from hwsim._report.every_part import every_part, outcomes
 from hwsim._report.file_page import each_part, of_file
 from hwsim._report.job import JOB, digests_table, job_of
 from hwsim._report.releases import missed_releases
-from hwsim._report.statistics import counted_share, mean
+from hwsim._report.statistics import Promise, counted_share, mean
 from hwsim._report.worst import broken_off, ranked, worst_part
 from hwsim._report.worst_drawn import worst_picture
 from sdpgrind.base.brief import counted, listed
@@ -207,12 +207,20 @@ def _compared(log: Any, charges: Charges) -> AmountTable:
     for name, planned in charges.planned.items():
         values, unit = values_of(log, name), str(log.outcome[name].attrs.get("units", ""))
         if np.isfinite(values).any():
-            alike = "as planned" if np.isfinite(values).sum() > 1 else "one value"
-            judged = "differs" if planned.differs(values) else alike
-            cells = [planned.mean, mean(values, least_of(name)), planned.difference(values), judged]
-            rows.append(Amounts.of(name, cells, unit))
+            amounts = planned.mean, mean(values, least_of(name)), planned.difference(values)
+            rows.append(Amounts.of(name, [*amounts, _judged(planned, values)], unit))
     heads = ("figure", "planned", "realised", "difference", "beyond the interval")
     return AmountTable("Mean over the parts, 95 % intervals", rows, heads)
+
+
+def _judged(planned: Promise, values: Floats) -> str:
+    """Verdict on a mean that was planned."""
+    count = int(np.isfinite(values).sum())
+    if count == 1:
+        return "one value"
+    if planned.differs(values):
+        return "differs"
+    return "as planned" if planned.told(values) else f"not told by {count} parts"
 
 
 def _explained(log: Any, charges: Charges) -> Iterator[Block]:

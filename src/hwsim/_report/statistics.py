@@ -68,3 +68,11 @@ class Promise:
             return False
         found = self.difference(values)
         return abs(found.value) > max(found.half, _ROUNDING * abs(self.mean.value))
+
+    def told(self, values: Floats) -> bool:
+        """Whether the interval of the difference is narrower than what was planned; True where that is 0.
+
+        A wider one holds nothing as well as twice of it.
+        """
+        planned = abs(self.mean.value)
+        return planned == 0 or self.differs(values) or self.difference(values).half <= planned

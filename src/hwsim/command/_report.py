@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from hwsim._report.worst import GAVE_UP, broken_off, worst_part
+from hwsim._report.worst import GAVE_UP, broken_off, modelled, worst_part
 from sdpgrind.base.brief import counted
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def parts_table(
 
     `short`: headings of some columns. `why` ends the line of a part that was broken off.
     """
-    outcome = log.outcome
+    outcome = modelled(log.outcome)
     yield "  ".join([part, *(f"{_heading(outcome, name, short):>12}" for name, _ in columns)])
     for k in range(min(len(log), _SHOWN)):
         cells = (f"{_cell(outcome[name].values[k], form):>12}" for name, form in columns)
@@ -85,6 +85,8 @@ def _worst(outcome: Any, part: str, columns: Sequence[tuple[str, str]]) -> Itera
 
 
 def _cell(value: Any, form: str) -> str:
+    if np.isnan(value):
+        return "-"
     return format(int(value) if form == "d" else float(value), form)
 
 

@@ -5,6 +5,7 @@ import signal
 import sys
 import tempfile
 import traceback
+from argparse import Namespace
 from types import FrameType
 from typing import Any, Final, TextIO
 
@@ -71,17 +72,17 @@ def _table() -> tuple[tuple[type[BaseException], int], ...]:
     )
 
 
-def ended(error: BaseException) -> int:
+def ended(error: BaseException, arguments: Namespace | None = None) -> int:
     """Say in a line, or one a fault, on standard error what ended a command, and return its exit status."""
     status = next((number for cls, number in _table() if isinstance(error, cls)), OUR_FAULT)
-    say(_sentence(error, status))
+    say(_sentence(error, status, arguments))
     return status
 
 
-def _sentence(error: BaseException, status: int) -> str:
+def _sentence(error: BaseException, status: int, arguments: Namespace | None) -> str:
     if isinstance(error, KeyboardInterrupt | Terminated):
         word = "interrupted" if isinstance(error, KeyboardInterrupt) else "terminated"
-        return f"{word}; the same command with the same --out goes on from here"
+        return word + _what_stays(arguments)
     if isinstance(error, MemoryError):
         return f"out of memory{f' ({error})' if str(error) else ''}: fewer parts or a coarser grid need less"
     if status == OUR_FAULT:
@@ -90,6 +91,15 @@ def _sentence(error: BaseException, status: int) -> str:
             f"where it is stands in {_kept(error)}"
         )
     return _one_line(error)
+
+
+def _what_stays(arguments: Namespace | None) -> str:
+    """What an interrupted command leaves: only one that runs parts goes on, from its folder."""
+    if not hasattr(arguments, "parts"):
+        return ""
+    if getattr(arguments, "out", None) is None:
+        return "; nothing is kept: with --out DIR the same command goes on from there"
+    return "; the same command with the same --out goes on from here"
 
 
 def _one_line(error: BaseException) -> str:

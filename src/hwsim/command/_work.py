@@ -209,9 +209,14 @@ def _status(log: "Log") -> int:
 
 def announce(text: str) -> None:
     """Print what begins now on standard error."""
+    tell(f"{text} ...")
+
+
+def tell(text: str) -> None:
+    """Print a line on standard error, above the line of progress."""
     if sys.stderr.isatty():
         redraw("")
-    say(f"{text} ...")
+    say(text)
 
 
 def _check_numbers(area: AreaCommand, arguments: argparse.Namespace) -> None:

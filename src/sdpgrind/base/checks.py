@@ -158,10 +158,7 @@ def one_of(name: str, value: Any, choices: Iterable[Any]) -> Any:
 
 def finite_array(name: str, value: npt.ArrayLike, unit: str = "") -> Floats:
     """Return `value` as a float array without NaN or infinity; the error names the first offender."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be {with_unit('numbers', unit)}; got {shown(value)}") from None
+    array = reals(name, value, unit, rule="numbers")
     finite = np.isfinite(array)
     if not finite.all():
         first = int(np.argmin(finite))
@@ -169,13 +166,15 @@ def finite_array(name: str, value: npt.ArrayLike, unit: str = "") -> Floats:
     return array
 
 
-def reals(name: str, value: Any, unit: str = "") -> Floats:
+def reals(name: str, value: Any, unit: str = "", *, rule: str = "a number, or an array of them") -> Floats:
     """Return `value` as a float array, NaN and infinity included; no texts, no truth values, no None."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of unlike lengths
+        array = np.asarray(None)
     each = array.ravel() if array.dtype.kind == "O" else ()
     if array.dtype.kind not in "fiuO" or any(type(x) is bool or not isinstance(x, Real) for x in each):
-        rule = with_unit("a number, or an array of them", unit)
-        raise TypeError(f"{name} must be {rule}; got {shown(value)}")
+        raise TypeError(f"{name} must be {with_unit(rule, unit)}; got {shown(value)}")
     return np.asarray(array, dtype=float)
 
 

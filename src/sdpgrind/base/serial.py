@@ -35,6 +35,14 @@ def filtered(residual: Floats, correlation: float, apart: Floats) -> Floats:
     return np.asarray(scale * (residual - carried * np.roll(residual, 1, axis=-1)))
 
 
+def filtered_back(white: Floats, correlation: float, apart: Floats) -> Floats:
+    """Transpose of `filtered`: sum_k white_k filtered(e)_k = sum_k filtered_back(white)_k e_k."""
+    if correlation == 0.0:
+        return white
+    scaled = np.sqrt((1 - correlation**2) / (1 - correlation ** (2 * apart))) * white
+    return np.asarray(scaled - np.roll(correlation**apart * scaled, -1, axis=-1))
+
+
 def correlation(residual: Floats, fitted: int, apart: Floats) -> float:
     """Correlation of first-order noise one step apart, from residuals after a fit of `fitted` values."""
     later = np.isfinite(apart)

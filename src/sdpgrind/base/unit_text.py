@@ -61,6 +61,7 @@ _LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "nm": "1e-9"} | dict.fromkeys
     ("um", "µm", "μm", "micron", "microns", "Mikron"), "1e-6"
 )
 _INCHES = dict.fromkeys(("in", "inch", "inches", "Zoll"), "0.0254") | {"thou": "0.0000254"}
+_MICROINCHES = dict.fromkeys(("uin", "µin", "μin", "microinch", "microinches"), "0.0000000254")
 _SECONDS = dict.fromkeys(("s", "sec", "Sek"), "1")
 _TIMES = _SECONDS | {"ms": "0.001", "min": "60", "h": "3600"} | dict.fromkeys(("us", "µs", "μs"), "1e-6")
 _KILOPONDS = dict.fromkeys(("kp", "kgf"), _KILOPOND)
@@ -68,13 +69,13 @@ _TURNS = dict.fromkeys(("rev", "U"), _TURN)
 _DEGREES = dict.fromkeys(("deg", "°", "Grad"), _TURN / 360)
 _HORSES = {"hp": 550 * Fraction("0.3048") * _POUND, "PS": 75 * _KILOPOND}
 _NAMED: tuple[tuple[Mapping[str, str | Fraction], tuple[int, ...]], ...] = (
-    (_LENGTHS | _INCHES | {"ft": "0.3048"}, (1,)),
+    (_LENGTHS | _INCHES | _MICROINCHES | {"ft": "0.3048"}, (1,)),
     (_TIMES, (0, 1)),
     ({"kg": "1", "g": "0.001"}, (0, 0, 1)),
     ({"N": "1", "kN": "1000", "daN": "10", "lbf": _POUND, **_KILOPONDS}, _FORCE),
     ({"J": "1", "mJ": "0.001", "kJ": "1000", "Nm": "1"}, _ENERGY),
     ({"W": "1", "mW": "0.001", **dict.fromkeys(("kW", "kw", "KW"), "1000"), **_HORSES}, _POWER),
-    ({"rad": "1", **_TURNS, **_DEGREES}, _ANGLE),
+    ({"rad": "1", **_TURNS, **_DEGREES, "gon": _TURN / 400}, _ANGLE),
     (dict.fromkeys(("cc", "ccm"), "1e-6"), (3,)),
     ({"ipm": Fraction("0.0254") / 60}, (1, -1)),
     ({"Hz": _TURN, "rpm": _TURN / 60}, (0, -1, 0, 1)),

@@ -159,8 +159,8 @@ def unlike_turns(angle: Any, reading: Any, turns: float | None = None) -> str:
         if differs is not None:
             return (
                 f"{differs} from turn to turn, by more than {_SIGMAS:g} standard deviations of a reading; did"
-                ' part or axis move, or is it of another part? Log.read takes its column, part="header", and'
-                ' Profile.read one of them, section=("header", ...)'
+                " part or axis move, is the angle in another unit, or is it of another part? Log.read takes"
+                ' its column, part="header", and Profile.read one of them, section=("header", ...)'
             )
     return ""
 

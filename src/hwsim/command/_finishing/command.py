@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
-from hwsim.command._work import announce
+from hwsim.command._work import announce, tell
 from hwsim.command.base import AreaCommand
 from sdpgrind.base.whole_files import whole_file
 
@@ -80,6 +80,8 @@ on after the last finished part, with the results that it would have had; a fini
             return studied(title, job, arguments)
         if arguments.program is None:
             refuse_face_on(job)
+            if arguments.serve is None and arguments.machine is None:
+                tell_beyond(job)
             return None
         return programmed(self, title, job, arguments)
 
@@ -121,6 +123,14 @@ def refuse_face_on(job: "Job") -> None:
             "tool.contact_angle must be < 90 deg, as no torque of the axis presses a tool that is face-on;"
             " its motion can be written as a program: --program"
         )
+
+
+def tell_beyond(job: Any) -> None:
+    """Say on standard error that the model tells no roughness of what will be finished, where it does not."""
+    from hwsim.command._finishing.report import beyond_line
+
+    if told := beyond_line(job.problem, float(job.stand.target_force)):
+        tell(told)
 
 
 def programmed(area: Finishing, title: str, job: Any, arguments: argparse.Namespace) -> str:

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim._report.worst import modelled
 from hwsim.command._report import CommandReport, Finished, summary_line
+from sdpgrind.base.brief import counted
 from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
@@ -21,6 +23,7 @@ _COLUMNS = (
     ("feed", ".2f"), ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
 )  # fmt: skip
 
+_ROUNDING = 1e-9  # chosen: relative; as the model's own ends
 _SLOW = 1 / 3  # chosen: share of the feed rate; a law that holds the speed only where it must is far above
 
 
@@ -78,7 +81,7 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
 
 def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[str]:
     if finished.any():
-        yield from _means(log.outcome.isel(part=finished), plan, job.stand.target_force)
+        yield from _means(modelled(log.outcome).isel(part=finished), plan, job.stand.target_force)
 
 
 def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
@@ -89,18 +92,36 @@ def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
     yield summary_line("without contact (%)", 100.0 * outcome.lift_off.values, ".2f", 0.0)
     yield summary_line("off the path (mm)", outcome.path_deviation.values, ".4f", 0.0)
     rough = outcome.roughness_ra.values
-    if np.isfinite(rough).any():
-        yield summary_line(
-            "roughness Ra (µm)", UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted)
-        )
+    told = rough[np.isfinite(rough)]
+    expected = _expected(plan.problem, wanted)
+    if told.size:
+        some = "roughness Ra (µm)" if told.size == rough.size else f"Ra of {counted(told.size, 'part')} (µm)"
+        yield summary_line(some, UM * told, ".3f", expected)
     if outcome.extrapolated.values.any():
-        yield summary_line("beyond the model (%)", 100.0 * outcome.extrapolated.values, ".1f", 0.0)
+        planned = 100.0 if expected is None else 0.0
+        yield summary_line("beyond the model (%)", 100.0 * outcome.extrapolated.values, ".1f", planned)
 
 
 def _expected(problem: Any, force: float) -> float | None:
     """Mean roughness (µm) of the model at the target force; None: beyond its range."""
     settings = problem.path.pattern, problem.tool_diameter, force
     return UM * float(problem.model.law(*settings).mean) if problem.model.covers(*settings) else None
+
+
+def beyond_line(problem: Any, force: float) -> str:
+    """Sentence on what of pattern, tool and force (N) the roughness model does not know; empty: it does."""
+    model, pattern = problem.model, problem.path.pattern
+    if model.covers(pattern, problem.tool_diameter, force):
+        return ""
+    tools, forces = model.tool_diameter_range, model.normal_force_range
+    given = (("tool", problem.tool_diameter, tools, "mm"), ("force", force, forces, "N"))
+    found = [] if model.covers(pattern, tools[0], forces[0]) else [f"pattern {pattern}"]
+    found += [
+        f"a {name} of {value:g} {unit} ({low:g} to {high:g} {unit})"
+        for name, value, (low, high), unit in given
+        if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING)
+    ]
+    return f"no roughness is told: its model does not know {' or '.join(found)}"
 
 
 report = CommandReport(_COLUMNS, _SHORT, _head, _summary)

@@ -41,7 +41,8 @@ class Facts(NamedTuple):
         if self.change is not None:
             yield f"change  {self.change!r}"
             yield from (f"change  {in_terms(each)}" for each in self.change.remarks)
-        yield from (f"note    {in_terms(each)}" for each in (self.budget or self.circle).remarks)
+        remarks = (each for each in (self.budget or self.circle).remarks if each != self.profile.unlike_turns)
+        yield from (f"note    {in_terms(each)}" for each in remarks)
         if self.limit is not None:
             yield f"limit   {in_terms((self.budget or self.circle).verdict(self.limit))}"
         yield from (f"limit   {each}" for each in (self.harmonics.decisions if self.harmonics else ()))

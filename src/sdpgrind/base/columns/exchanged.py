@@ -1,11 +1,13 @@
-"""Whether a way and its rate were declared for one another: by their course, whatever their units."""
+"""Whether columns were declared for one another: by their course, whatever their units."""
 
+from collections.abc import Sequence
 from math import nan
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.columns.pairs import LEAST, MOST, PAIRS, Parts, column, integral
+from sdpgrind.base.columns.pairs import LEAST, MOST, PAIRS, Contradiction, Parts, Ratio, column, integral
+from sdpgrind.base.columns.table import TEXT, quantity_of
 
 _ALIKE, _UNLIKE = 0.9, 0.8  # chosen: correlations; an exchanged cycle with spark-out gave 0.946 and -0.80
 _LEVELS = 4  # chosen: a gauge has so many times the levels of its command
@@ -51,3 +53,55 @@ def _alike(x: Floats, y: Floats) -> float:
     """Correlation; NaN: one of them stands still."""
     spread = float(np.std(x) * np.std(y))
     return float(np.mean((x - x.mean()) * (y - y.mean()))) / spread if spread else nan
+
+
+def follower(
+    each: Parts, factors: dict[str, float], faults: Sequence[Contradiction]
+) -> tuple[str, str] | None:
+    """Return a way that does not follow its rate, and the other column which does in the way's unit.
+
+    Other lengths may follow the rate as well, a slide for one: they are none that was exchanged.
+    """
+    for way, rate, ratio in PAIRS:
+        fault = next((one for one in faults if one.first == way), None)
+        for name in () if fault is None else each[0][1]:
+            if name == column(rate, set(each[0][1])) or quantity_of(name).unit in ("mm", TEXT):
+                continue
+            by = factors[way] / factors[name]
+            told = [
+                _follows(time, columns[way], by * columns[name], columns[fault.second], ratio)
+                for time, columns in each
+            ]
+            if sum(told) > len(told) / 2:
+                return way, name
+    return None
+
+
+def _follows(time: Floats, way: Floats, other: Floats, rate: Floats, ratio: Ratio) -> bool:
+    """Whether another column than the way grows as the integral of the rate does, and as much."""
+    fed = integral(time, rate)
+    if not _alike_known(other, fed) >= _ALIKE or abs(_alike_known(way, fed)) >= _UNLIKE:
+        return False
+    return LEAST <= ratio(time, other, rate) <= MOST
+
+
+def is_position(fault: Contradiction, each: Parts) -> bool:
+    """Whether a way grows in step with its rate: a position was given for the rate."""
+    told = [
+        _rises(columns[fault.second])
+        and abs(_alike_known(columns[fault.first], columns[fault.second])) >= _ALIKE
+        for _, columns in each
+    ]
+    return fault.times == fault.times and sum(told) > len(told) / 2
+
+
+def _rises(rate: Floats) -> bool:
+    """Whether a rate only rises, and more than once."""
+    known = rate[np.isfinite(rate)]
+    return bool(np.all(np.diff(known) >= 0)) and np.unique(known).size >= _LEVELS
+
+
+def _alike_known(one: Floats, other: Floats) -> float:
+    """Correlation where both are known; NaN: one of them stands still."""
+    known = np.isfinite(one) & np.isfinite(other)
+    return _alike(one[known], other[known]) if np.any(known) else nan

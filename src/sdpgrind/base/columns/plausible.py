@@ -68,6 +68,9 @@ def _fault(values: Floats, meant: Meant, bound: Bound) -> str:
         most = min(most, travel(values))  # a gauge may show the whole radius
     if greatest == 0 or _inside(greatest, most, meant):
         return _degrees(values, bound) if meant.unit == "rad" and bound.factor == 1.0 else ""
+    if bound.request.name == "reading" and _both_signs(values):
+        call = bound._replace(request=bound.request._replace(name="deviation")).call()
+        return f"must be radii, > 0; these are deviations: Profile.read takes them as {call}, radius=..."
     unit = meant.unit or "1"
     told = greatest if greatest < meant.least else most
     rule = f"must be {_range(meant)} {unit}; got {told:.6g} {unit}, recorded in {bound.unit}"
@@ -82,6 +85,12 @@ def _fault(values: Floats, meant: Meant, bound: Bound) -> str:
         fitting = [bound.heading.unit]  # as the header says
     calls = " or ".join(bound.call(unit=other) for other in fitting)
     return rule + (f"; in another unit: {calls}" if calls else "") + " (plausible=False takes it as it is)"
+
+
+def _both_signs(values: Floats) -> bool:
+    """Whether values are on either side of zero, as radii are not."""
+    low, high = np.quantile(values[np.isfinite(values)], [1 - _MOST, _MOST])
+    return bool(low < 0 < high)
 
 
 def _range(meant: Meant) -> str:

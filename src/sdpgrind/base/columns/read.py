@@ -12,12 +12,21 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns import binary, memory, text
-from sdpgrind.base.columns.exchanged import exchanged
+from sdpgrind.base.columns.codes import codes
+from sdpgrind.base.columns.exchanged import exchanged, follower, is_position
 from sdpgrind.base.columns.mistakes import DeclaredTimes, mistakes, sentence
 from sdpgrind.base.columns.pairs import contradictions
 from sdpgrind.base.columns.plausible import refuse_other_units
 from sdpgrind.base.columns.removal import removal_doubt, removal_fault
-from sdpgrind.base.columns.request import Bound, Request, place_of, request_of, requests_of, unit_of_name
+from sdpgrind.base.columns.request import (
+    POSITION,
+    Bound,
+    Request,
+    place_of,
+    request_of,
+    requests_of,
+    unit_of_name,
+)
 from sdpgrind.base.columns.resample import resampled
 from sdpgrind.base.columns.rows import PartRows, aligned, gaps, one_a_time, warn_of_most
 from sdpgrind.base.columns.sheet import Column, Sheet, too_long
@@ -145,8 +154,7 @@ def _whole(
     if rules.plausible:
         rising = [one_a_time(block, "last") for block in blocks]  # rates need steps > 0
         refuse_other_resample(rules.resample, sum(one.rows for one in found), rising, where)
-        _refuse_mistakes(columns, rising, found[0], rules, where)
-        warn_of_other_time(rising, where)
+        _refuse_or_warn(columns, rising, found[0], rules, where)
     else:
         notes = [*notes, "plausible=False: units are not held against what a machine can mean"]
     sizes, names = [block.time.size for block in blocks], _names(blocks)
@@ -173,26 +181,59 @@ def _names(blocks: list[PartRows]) -> tuple[str, ...]:
     return tuple(names)
 
 
+def _refuse_or_warn(
+    columns: Mapping[str, Column], blocks: list[PartRows], first: Taken, rules: Rules, where: str
+) -> None:
+    """Refuse mistakes, and warn of what is unusual; a code for no reading may be why."""
+    odd = codes(blocks, first.bounds)
+    try:
+        _refuse_mistakes(columns, blocks, first, rules, where)
+    except ValueError as error:
+        raise ValueError("; ".join([str(error), *odd])) from None
+    warn_of_other_time(blocks, where)
+    for told in odd:
+        warn(f"{where}, {told}")
+
+
 def _refuse_mistakes(
     columns: Mapping[str, Column], blocks: list[PartRows], first: Taken, rules: Rules, where: str
 ) -> None:
     """Refuse columns that were exchanged, that no machine means, or that contradict each other."""
     parts, bounds = [(block.time, block.columns) for block in blocks], dict(first.bounds)
-    if (pair := exchanged(parts, {name: each.factor for name, each in bounds.items()})) is not None:
+    factors = {name: each.factor for name, each in bounds.items()}
+    if (pair := exchanged(parts, factors)) is not None:
         way, rate = (bounds[name] for name in pair)
         raise ValueError(
-            f"{where}: {way.request.name} must follow {rate.request.name}, and not the other way; exchanged?"
-            f" Say {_as(way, rate)}, {_as(rate, way)} (plausible=False takes it as it is)"
+            f"{where}: {_of_exchanged(way, rate, f'follow {rate.request.name}, and not the other way')}"
+        )
+    faults = contradictions(parts)
+    if (pair := follower(parts, factors, faults)) is not None:
+        way, other = (bounds[name] for name in pair)
+        raise ValueError(
+            f"{where}: {_of_exchanged(way, other, f'follow its rate, as {other.request.name} does')}"
         )
     refuse_other_units(columns, bounds, where)
     if (odd := removal_fault(columns, bounds)) is not None:
         raise ValueError(f"{where}: {odd}")
     if (doubt := removal_doubt(columns, bounds)) is not None:
         warn(f"{where}: {doubt}")
-    for fault in contradictions(parts):
+    for fault in faults:
+        if is_position(fault, parts):
+            raise ValueError(
+                f"{where}: {bounds[fault.second].request.name} must be a rate; it rises with {fault.first} as"
+                f" a position does: {POSITION} (plausible=False takes it as it is)"
+            )
         told = fault.times == fault.times
         found = mistakes(fault, parts, bounds, DeclaredTimes(first.time, rules.period)) if told else []
         raise ValueError(f"{where}: {sentence(fault, found, bounds)}")
+
+
+def _of_exchanged(one: Bound, other: Bound, rule: str) -> str:
+    """Words on two columns that are exchanged, with the call that puts them right."""
+    return (
+        f"{one.request.name} must {rule}; exchanged?"
+        f" Say {_as(one, other)}, {_as(other, one)} (plausible=False takes it as it is)"
+    )
 
 
 def _as(each: Bound, other: Bound) -> str:

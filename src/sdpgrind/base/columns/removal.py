@@ -1,4 +1,7 @@
-"""Whether a removal rate agrees with power, and with depth and feed: by the energy and width they imply."""
+"""Whether a removal rate agrees with power, and with depth and feed: by the energy and width they imply.
+
+Without a rate, power and the width of a bead, its depth and feed imply an energy.
+"""
 
 from collections.abc import Mapping
 from math import isfinite, nan
@@ -14,12 +17,15 @@ from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.table import quantity_of
 from sdpgrind.base.unit_text import factor, near
 
-_ENERGY = (2.0, 150.0)  # J/mm^3; chosen: of grinding, from soft metal to fine cuts
+ENERGY = (2.0, 150.0)  # J/mm^3; chosen: of grinding, from soft metal to fine cuts
+"""Usual specific energies."""
 _WIDTH = (2.0, 200.0)  # mm; chosen: of beads
-_USUAL = {"specific energy": _ENERGY, "bead width": _WIDTH}
+_USUAL = {"specific energy": ENERGY, "bead width": _WIDTH}
 _RATE = "removal_rate"
 # name -> powers with which it enters energy and width; derived: power / rate, rate / (depth * feed)
 _POWERS = {_RATE: (-1, 1), "cut_depth": (0, -1), "feed_rate": (0, -1), "grinding_power": (1, 0)}
+# the same without a rate; derived: power / (width * depth * feed)
+_WITHOUT = {"grinding_power": (1, 0), "bead_width": (-1, 0), "cut_depth": (-1, 0), "feed_rate": (-1, 0)}
 
 
 class _Implied(NamedTuple):
@@ -30,7 +36,7 @@ class _Implied(NamedTuple):
 
     @property
     def _known(self) -> list[tuple[float, str, tuple[float, float]]]:
-        pairs = (self.energy, "specific_energy", _ENERGY), (self.width, "bead_width", _WIDTH)
+        pairs = (self.energy, "specific_energy", ENERGY), (self.width, "bead_width", _WIDTH)
         return [each for each in pairs if isfinite(each[0])]
 
     @property
@@ -45,9 +51,9 @@ class _Implied(NamedTuple):
         impossible = any(not meant.least <= value <= meant.greatest for value, meant in ranges)
         return impossible or (self.unusual == len(ranges) > 1)
 
-    def times(self, name: str, factor: float) -> "_Implied":
-        """Return what is implied where the quantity `name` is `factor` as great."""
-        of_energy, of_width = _POWERS[name]
+    def times(self, powers: tuple[int, int], factor: float) -> "_Implied":
+        """Return what is implied where a quantity that enters with `powers` is `factor` as great."""
+        of_energy, of_width = powers
         return _Implied(self.energy * factor**of_energy, self.width * factor**of_width)
 
     def __str__(self) -> str:
@@ -58,13 +64,17 @@ class _Implied(NamedTuple):
 def removal_fault(columns: Mapping[str, Column], bounds: Mapping[str, Bound]) -> str | None:
     """Return why a removal rate contradicts power, or depth and feed; None: it does not, or they are missing.
 
+    Without a rate, why power contradicts width, depth and feed.
+
     Each must be what a machine can mean; where both are there, one of them must be usual, too.
     """
     implied = _implied(columns)
     if implied is None or not implied.is_odd:
         return None
-    told = f"{_RATE} must agree with power, depth and feed; they imply {implied}"
-    found = [each for name in _POWERS if name in columns for each in _units(implied, columns, bounds[name])]
+    powers = _powers(columns)
+    rule = f"{_RATE} must agree with power" if powers is _POWERS else "grinding_power must agree with width"
+    told = f"{rule}, depth and feed; they imply {implied}"
+    found = [each for name in powers if name in columns for each in _units(implied, columns, bounds[name])]
     if found:
         told = explained(told, sorted(found, key=lambda one: one.rank))
     return f"{told} (plausible=False takes it as it is)"
@@ -76,12 +86,19 @@ def removal_doubt(columns: Mapping[str, Column], bounds: Mapping[str, Bound]) ->
     if implied is None or not implied.unusual:
         return None
     usual = " and ".join(f"{name} {low:g} ... {high:g}" for name, (low, high) in _USUAL.items())
-    used = ", ".join(f"{name} in {bounds[name].unit}" for name in _POWERS if name in columns)
+    used = ", ".join(f"{name} in {bounds[name].unit}" for name in _powers(columns) if name in columns)
     return f"{used} imply {implied}; usual are {usual} (J/mm^3, mm): is one of the units another?"
 
 
+def _powers(columns: Mapping[str, Column]) -> Mapping[str, tuple[int, int]]:
+    """Powers with which columns enter energy and width."""
+    return _POWERS if _RATE in columns else _WITHOUT
+
+
 def _implied(columns: Mapping[str, Column]) -> _Implied | None:
-    return _Implied(_energy(columns), _width(columns)) if _RATE in columns else None
+    if _RATE in columns:
+        return _Implied(_energy(columns), _width(columns))
+    return _Implied(_without_rate(columns), nan) if _WITHOUT.keys() <= columns.keys() else None
 
 
 def _units(implied: _Implied, columns: Mapping[str, Column], each: Bound) -> list[Mistake]:
@@ -90,7 +107,7 @@ def _units(implied: _Implied, columns: Mapping[str, Column], each: Bound) -> lis
     ours, found = unit_of_name(name), []
     for unit in (ours, *near(ours)):
         times = factor(unit, ours) / factor(each.unit, ours)
-        other = implied.times(name, times)
+        other = implied.times(_powers(columns)[name], times)
         if other != implied and not other.is_odd and is_meant(times * columns[name], quantity_of(name)):
             found.append(in_unit(each, unit, other.unusual))
     return found
@@ -100,16 +117,23 @@ def _energy(columns: Mapping[str, Column]) -> float:
     """Power over removal rate, J/mm^3; NaN: not known."""
     if "grinding_power" not in columns:
         return nan
-    return _ratio(columns["grinding_power"], columns[_RATE])
+    return median_ratio(columns["grinding_power"], columns[_RATE])
+
+
+def _without_rate(columns: Mapping[str, Column]) -> float:
+    """Power over width, depth and feed, J/mm^3; NaN: not known."""
+    rate = columns["bead_width"] * columns["cut_depth"] * columns["feed_rate"]
+    return median_ratio(columns["grinding_power"], rate)
 
 
 def _width(columns: Mapping[str, Column]) -> float:
     """Removal rate over depth and feed, mm; NaN: not known."""
     if not {"cut_depth", "feed_rate"} <= columns.keys():
         return nan
-    return _ratio(columns[_RATE], columns["cut_depth"] * columns["feed_rate"])
+    return median_ratio(columns[_RATE], columns["cut_depth"] * columns["feed_rate"])
 
 
-def _ratio(numbers: Floats, divisors: Floats) -> float:
+def median_ratio(numbers: Floats, divisors: Floats) -> float:
+    """Return the median magnitude of ratios, in their unit, without missing ones and 0; NaN: none."""
     both = np.isfinite(numbers) & np.isfinite(divisors) & (numbers != 0) & (divisors != 0)
     return float(np.median(np.abs(numbers[both] / divisors[both]))) if np.any(both) else nan

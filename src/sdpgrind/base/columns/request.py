@@ -12,6 +12,8 @@ from sdpgrind.base.unit_text import factor, near
 from sdpgrind.base.warned import warn
 
 _DIAMETER = "Øø⌀∅"  # signs of a diameter; source: drawings and headers of gauges
+POSITION = "of a position its slope is the rate, numpy.gradient(position, time)"
+"""What to do with a column of positions where a rate is asked for."""
 _FORMS = '"header", ("header", "unit") or ("header", "unit", factor)'
 
 
@@ -85,7 +87,16 @@ def _factor(name: str, written: str, where: str) -> float:
     try:
         return factor(written, unit_of_name(name))
     except ValueError as error:
-        raise ValueError(f"{where}{name} must {error}") from None
+        raise ValueError(f"{where}{name} must {error}{_of_position(name, written)}") from None
+
+
+def _of_position(name: str, written: str) -> str:
+    """What makes a rate of a position, if a rate is asked for in the unit of one; else nothing."""
+    try:
+        factor(written, "mm")
+    except ValueError:
+        return ""
+    return f": {POSITION}" if unit_of_name(name) == "mm/s" else ""
 
 
 def place_of(request: Request, sheet: Sheet) -> int:

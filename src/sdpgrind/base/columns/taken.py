@@ -9,7 +9,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.columns.cells import numbers
+from sdpgrind.base.columns.cells import number, numbers
 from sdpgrind.base.columns.commands import ALIGNMENTS
 from sdpgrind.base.columns.request import Bound, Request, bound, place_of, unit_of_name
 from sdpgrind.base.columns.resample import Series, resampled
@@ -128,7 +128,7 @@ def _in_our_unit(each: Bound, column: Column, sheet: Sheet, rules: Rules) -> Col
 
 def _numbers(column: Column, request: Request, header: str, sheet: Sheet, rules: Rules) -> Floats:
     if column.dtype.kind == "f":
-        return column
+        return _without(column, rules.missing)
     found, bad = numbers(column, sheet.decimal, rules.missing)
     if bad is not None or column.dtype.kind == "M":
         word = str(column[bad or 0])
@@ -139,8 +139,21 @@ def _numbers(column: Column, request: Request, header: str, sheet: Sheet, rules:
     return found
 
 
+def _without(values: Floats, missing: Sequence[str]) -> Floats:
+    """Numbers without those that are words for no reading, as -9999."""
+    codes = [
+        code for code in (number(str(word), ".") for word in missing) if code is not None and code == code
+    ]
+    return np.where(np.isin(values, codes), np.nan, values) if codes else values
+
+
 def _instead(word: str, request: Request, header: str, decimal: str) -> str:
-    """What a word among numbers may be: a number with its unit, or no reading."""
+    """What a word among numbers may be: a number with a comma or with its unit, or no reading."""
+    if decimal == "." and "," in word and number(word, ",") is not None:
+        return (
+            f"with a decimal comma: read the table with decimal=',' (pandas), or turn the column into"
+            f" numbers, table[{header!r}].str.replace(',', '.').astype(float)"
+        )
     found = _WITH_UNIT.fullmatch(word.strip())
     if found is None or numbers([found[1]], decimal)[1] is not None or not is_unit(found[2]):
         return f"(missing=({word!r},) makes it no reading)"

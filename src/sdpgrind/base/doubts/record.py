@@ -53,7 +53,8 @@ class Doubts(Reported, Record):
         What a plan is judged by: ``name``, ``unit``, ``value`` with the believed model.
     stakes : tuple
         The plan solved again at both ends of each interval, largest change first: ``name``, ``low``,
-        ``high``, and the figure ``at_low``, ``at_high``.
+        ``high``, and the figure ``at_low``, ``at_high``. Last, where an area has it, "all of them": with all
+        these values as told.
     source : Source or None
         Origin of the data: files with their SHA-256; None: not read from a file.
     parts : tuple of str
@@ -183,11 +184,11 @@ class Doubts(Reported, Record):
         return f"Doubts({self.subject}: {told} of {len(self.rows)} rows)"
 
 
-def asked(function: str, problem: Any, data: Any) -> Doubts:
-    """Return the doubts of a problem by the function named ``"package.module:function"``.
+def asked(function: str, problem: Any, data: Any, **options: Any) -> Doubts:
+    """Return the doubts of a problem by the function named ``"package.module:function"``, with its options.
 
     A problem does not import what identifies its model.
     """
-    found: Doubts = called(function, problem, data)
+    found: Doubts = called(function, problem, data, **options)
     found.source, found.parts = asked_of(data)
     return found

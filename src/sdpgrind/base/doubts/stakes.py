@@ -1,13 +1,16 @@
 """Stakes: what it costs not to know, by the plan solved again at both ends of each interval."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from sdpgrind.base.doubts.rows import Doubt
 
+ALL = "all of them"
+"""Name of the stake of all values together."""
 _LONG = re.compile(r"\d+\.\d{6,}(e[-+]?\d+)?")  # chosen: digits of a computed end, not of a limit
 
 
@@ -21,7 +24,10 @@ class Figure(NamedTuple):
 
 
 class Stake(NamedTuple):
-    """Figure of the plan at both ends of the interval of a value; NaN: no plan, for the `reason`."""
+    """Figure of the plan at both ends of the interval of a value; NaN: no plan, for the `reason`.
+
+    That of `ALL` values together has no interval, ends of NaN and the same figure at both.
+    """
 
     name: str
     unit: str
@@ -49,14 +55,36 @@ def stakes(
     for row in rows:
         if not row.measured:
             continue
-        (at_low, why), (at_high, why_high) = (_tried(solved, row.name, end) for end in (row.low, row.high))
+        (at_low, why), (at_high, why_high) = (
+            _tried(partial(solved, row.name, end)) for end in (row.low, row.high)
+        )
         if at_low is not None and at_high is not None:
             found.append(Stake(row.name, row.unit, row.low, row.high, at_low, at_high, why or why_high))
     return tuple(sorted(found, key=lambda stake: -stake.change(figure.value)))
 
 
-def _tried(solved: Callable[[str, float], float | None], name: str, end: float) -> tuple[float | None, str]:
+def together(
+    found: Sequence[Stake],
+    rows: Iterable[Doubt],
+    solved: Callable[[Mapping[str, float]], float],
+    note: str = "",
+) -> tuple[Stake, ...]:
+    """Return stakes with a last one: all of their values as told, which one alone may contradict.
+
+    `solved`: figure of the plan with these values, by name. `note`: how that plan differs besides. Fewer than
+    two values: there is no such stake.
+    """
+    names = {stake.name for stake in found}
+    told = {row.name: row.told for row in rows if row.name in names}
+    if len(told) < 2:
+        return tuple(found)
+    value, why = _tried(lambda: solved(told))
+    at = np.nan if value is None else value
+    return (*found, Stake(ALL, "", np.nan, np.nan, at, at, why or note))
+
+
+def _tried(solved: Callable[[], float | None]) -> tuple[float | None, str]:
     try:
-        return solved(name, end), ""
+        return solved(), ""
     except ValueError as error:
         return np.nan, _LONG.sub(lambda number: f"{float(number[0]):.4g}", str(error))

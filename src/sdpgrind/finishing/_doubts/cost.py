@@ -5,14 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from sdpgrind.base.doubts.rows import Doubt
-from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
-from sdpgrind.finishing._doubts.parts import believed
+from sdpgrind.base.doubts.stakes import Figure, Stake, stakes, together
+from sdpgrind.finishing._doubts.parts import FittedRoughness
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.roughness._model import RoughnessModel
 from sdpgrind.finishing.roughness._terms import NAMES, PATTERNS
+from sdpgrind.identify import Estimate
+
+_ROUNDING = 1e-9  # chosen: relative; forces that are alike
+_ALONE = "by the model; no motion depends on it"
+_JOINTLY = f"{_ALONE}; below, the other coefficients of the fit go with the one at its end"
 
 
-def of_roughness(problem: FinishingProblem, rows: Sequence[Doubt]) -> tuple[Figure | None, tuple[Stake, ...]]:
+def of_roughness(
+    problem: FinishingProblem, rows: Sequence[Doubt], fitted: FittedRoughness | None
+) -> tuple[Figure | None, tuple[Stake, ...]]:
     """Return the median roughness, um, at the best force, as believed and at the ends of each interval.
 
     The motion does not depend on it. None: the model does not know the pattern of the path.
@@ -21,18 +28,32 @@ def of_roughness(problem: FinishingProblem, rows: Sequence[Doubt]) -> tuple[Figu
         return None, ()
     force = problem.model.best_force()
     what = f"median roughness at {force:.3g} N, tool {problem.tool_diameter:g} mm, {problem.path.pattern}"
-    figure = Figure(
-        what, "um", _roughness(problem, problem.model, force), "by the model; no motion depends on it"
-    )
-    return figure, stakes(rows, figure, lambda name, value: _with(problem, name, value, force))
+    value = _roughness(problem, problem.model, force)
+    if fitted is None:
+        return Figure(what, "um", value, _ALONE), ()
+    figure = Figure(what, "um", value, _JOINTLY)
+    found = stakes(rows, figure, lambda name, end: _with(problem, fitted.estimate, name, end, force))
+    model, best = fitted.problem.model, fitted.problem.model.best_force()
+    moved = "" if np.isclose(best, force, rtol=_ROUNDING, atol=0.0) else f"at {best:.3g} N"
+    return figure, together(found, rows, lambda _: _roughness(problem, model, best), moved)
 
 
-def _with(problem: FinishingProblem, name: str, value: float, force: float) -> float | None:
+def _with(
+    problem: FinishingProblem, estimate: Estimate, name: str, value: float, force: float
+) -> float | None:
     if name not in NAMES:
         return None
-    values = believed(problem.model) | {name: value}
-    model = problem.model.replace(coefficients=[values[each] for each in NAMES])
-    return _roughness(problem, model, force)
+    told = given(estimate, name, value)
+    return _roughness(problem, problem.model.replace(coefficients=told[: len(NAMES)]), force)
+
+
+def given(estimate: Estimate, name: str, value: float) -> list[float]:
+    """Return the values that are likeliest where one of them is given: a fit tells them jointly."""
+    k = estimate.names.index(name)
+    column = estimate.covariance[:, k]
+    share = column / column[k] if column[k] > 0 else np.zeros_like(column)
+    told = estimate.value + share * (value - estimate.value[k])
+    return [float(each) for each in told]
 
 
 def _roughness(problem: FinishingProblem, model: RoughnessModel, force: float) -> float:

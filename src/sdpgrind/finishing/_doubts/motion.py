@@ -15,6 +15,7 @@ from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.torque._axis import TorqueAxis
 from sdpgrind.finishing.torque._load_torque import driven_angle, identify_load_torque
 
+_OTHERS = "; of another: problem.doubts(log, axis=finishing.TorqueAxis(inertia=..., torque_constant=...))"
 _UNITS = {"motor_angle": "rad", "current": "A"}
 _FITTED = 3  # derived: angle, speed and load torque
 _FACTOR = 3.0  # chosen: friction, which the motion holds too, makes less; the least wrong unit makes 57
@@ -23,15 +24,19 @@ _SURE = 3.0  # chosen: standard errors; 1 of 400 right files is named by chance
 
 
 def of_motion(
-    problem: FinishingProblem, data: Any, commands_at: str
+    problem: FinishingProblem, data: Any, commands_at: str, given: TorqueAxis | None
 ) -> tuple[Doubt, Alignment | None, list[str]]:
-    """Row of the load torque (believed: none), alignment of the current, sentences."""
-    axis = TorqueAxis(lever_arm=problem.lever_arm)
+    """Row of the load torque (believed: none), alignment of the current, sentences.
+
+    `given`: the axis; None: that of the source.
+    """
+    axis = TorqueAxis(lever_arm=problem.lever_arm) if given is None else given
+    whose, others = ("axis of the source", _OTHERS) if given is None else ("given axis", "")
     estimate = identify_load_torque(data, axis, throw=False)
-    row = compared(estimate, "load_torque", 0.0, note="with inertia and torque constant of the source")
+    row = compared(estimate, "load_torque", 0.0, note=f"with inertia and torque constant of the {whose}")
     words = [
-        f"The load torque rests on the axis of the source: inertia {axis.inertia:g} kg m^2, torque constant"
-        f" {axis.torque_constant:g} N m/A."
+        f"The load torque rests on the {whose}: inertia {axis.inertia:g} kg m^2, torque constant"
+        f" {axis.torque_constant:g} N m/A{others}."
     ]
     each = idf.series(data, _UNITS, tier="controller", commands=("current",))
     words += _against_the_current(each, axis)

@@ -31,6 +31,7 @@ from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._samples import PathSamples
 from sdpgrind.finishing.roughness._model import RoughnessModel
 from sdpgrind.finishing.surface._surface import Surface
+from sdpgrind.finishing.torque._axis import TorqueAxis
 from sdpgrind.identify import Estimate
 
 TABLE_HEIGHT = 100.0  # mm above the base, chosen: puts the generic arm's wrist well inside its reach
@@ -318,7 +319,7 @@ class FinishingProblem(Described):
         """
         return self.replace(model=self.model.updated(estimate))
 
-    def doubts(self, data: Any) -> Doubts:
+    def doubts(self, data: Any, *, axis: TorqueAxis | None = None) -> Doubts:
         """Return what finished parts, or free motion of the axis, say about this problem, and what not.
 
         Coefficients of the roughness model and the load torque with their intervals; the alignment of the
@@ -329,6 +330,9 @@ class FinishingProblem(Described):
         data : Study, mapping of arrays, log, or table of a log
             As for `finishing.identify`: pattern, tool_diameter (mm), normal_force (N) and roughness_ra (mm);
             or time (s), motor_angle (rad) and current (A).
+        axis : TorqueAxis, optional
+            Believed inertia, kg m^2, and torque constant, N m/A, for the load torque. Default: those of the
+            source, `TorqueAxis`.
 
         Returns
         -------
@@ -347,7 +351,7 @@ class FinishingProblem(Described):
         >>> found["tool_exponent"].verdict, round(found["tool_exponent"].told, 3)
         ('agrees', -0.902)
         """
-        return asked("sdpgrind.finishing._doubts.doubts:doubts", self, data)
+        return asked("sdpgrind.finishing._doubts.doubts:doubts", self, data, axis=axis)
 
 
 def _digest(path: Path | LiftedCourse) -> str:

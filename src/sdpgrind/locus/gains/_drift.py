@@ -103,13 +103,15 @@ class Drift:
         return worst, np.concatenate(reach), np.concatenate(states)
 
     def _settled(self, first: float, margin: float) -> Floats:
-        """Return the furthest settled coordinate at the loose end, with overshoot."""
+        """Return the furthest settled coordinate at the loose end, with overshoot; the end if it creeps."""
         s, state = np.array([first]), np.array([self.loose])
         for _ in range(LONGEST):
             after = self.furthest(s, state, margin)
             if np.all(np.abs(after - s) <= 1e-12 * (self.stretch.high - self.stretch.low)):
                 break
             s = after
+        else:
+            s = np.full(1, self.ends[self.direction > 0])  # nothing is further
         return np.broadcast_to(s, (PHASES + 1,))
 
     def _by_state(self, margin: float) -> float:

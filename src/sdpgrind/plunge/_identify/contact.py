@@ -12,6 +12,7 @@ import numpy as np
 
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._identify import rounding
 from sdpgrind.plunge._identify.cycles import Cycle, concluded, fault, not_identified
 from sdpgrind.plunge._identify.time_constant import FAINT
 from sdpgrind.plunge._model.model import PlungeModel
@@ -60,7 +61,8 @@ def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
         high=[reach, SCALES[1], np.inf],
         throw=False,
     )
-    return fit.replace(names=("contact_zero", "scale", "offset"), units=("mm", "1", "mm"))
+    told = rounding.widened(fit, cycle, lambda values: residual(cycle, model, values))
+    return told.replace(names=("contact_zero", "scale", "offset"), units=("mm", "1", "mm"))
 
 
 def residual(cycle: Cycle, model: PlungeModel, values: Floats) -> Floats:

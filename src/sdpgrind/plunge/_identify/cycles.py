@@ -12,9 +12,12 @@ from sdpgrind import identify as idf
 from sdpgrind.base import means
 from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._plan.replay_kernels import lags
 
 MOVING = 10  # chosen: least number of readings of a moving size; fewer leave the variance unknown
-_STILL = 10  # chosen: equal readings in a row that count as a frozen gauge
+_STILL = 10  # chosen: equal readings in a row of a gauge that is frozen, or of a size at rest
+_UNSEEN = 2.0  # measured: steps of the gauge; a size at rest lacks at most 1.1 to its end
+_UNTOLD = 3.0  # chosen: standard deviations of a reading within which no growth is missed
 _SIGMAS = 5.0  # chosen: rejects one good Gaussian reading in 1.7 million
 _ANOTHER = 0.5  # chosen: share of its range so far by which a size jumps back where another part begins
 _QUANTITIES = {"command_rate": "mm/s", "size": "mm", "grinding_power": "W", "power_saturated": "1"}
@@ -100,18 +103,45 @@ def fault(cycle: Cycle) -> str:
     """Reason why the size of a cycle is unusable; empty: it is usable."""
     if not cycle.infeed[-1] > 0.0:
         return f"the command feeds {cycle.infeed[-1]:.4g} mm in all: a part needs an infeed"
-    size, time = cycle.size[cycle.read], cycle.time[cycle.read]
-    for first, last in _runs(size):
-        before = size[first] - size[max(0, 2 * first - last)]
-        if before >= max(cycle.jitter, 3 * cycle.quantum):
-            span = f"from {time[first]:.2f} to {time[last]:.2f} s"
-            return f"the gauge stands still at {size[first]:.4f} mm {span} while the work is ground"
+    if still := _stands_still(cycle):
+        return still
     if back := _jump_back(cycle):
         return another_part(cycle) or back
     if (count := int(np.sum(cycle.moving))) < MOVING:
         few = f"{count} readings of a moving size are too few: at least {MOVING} are needed"
         return f"{few} ({cycle.missing} are missing)"
     return ""
+
+
+def _stands_still(cycle: Cycle) -> str:
+    """First run of equal sizes after growth, to which growth is due, in words; empty: there is none."""
+    rows = np.flatnonzero(cycle.read)
+    size, time = cycle.size[rows], cycle.time[rows]
+    least = max(_UNSEEN * cycle.quantum, _UNTOLD * cycle.noise_sd)
+    for first, last in runs(size):
+        before = size[first] - size[max(0, 2 * first - last)]
+        if before >= max(cycle.jitter, 3 * cycle.quantum) and _due(cycle, rows[first], rows[last]) >= least:
+            span = f"from {time[first]:.2f} to {time[last]:.2f} s"
+            return f"the gauge stands still at {size[first]:.4f} mm {span} while the work is ground"
+    return ""
+
+
+def _due(cycle: Cycle, first: int, last: int) -> float:
+    """Growth of the size (mm) from one row to another that is due to the lag of the rows before.
+
+    That of s' = (p - z - s)/tau, by least squares of its integral over the moving sizes s, for the command p
+    and any contact z. Where they tell none, what the command feeds.
+    """
+    fed, before = float(cycle.infeed[last] - cycle.infeed[first]), np.flatnonzero(cycle.moving[: first + 1])
+    time, behind = cycle.time[before], (cycle.infeed - cycle.size)[before]
+    area = np.cumsum(np.diff(time, prepend=time[:1]) * (behind + np.append(behind[:1], behind[:-1])) / 2)
+    matrix = np.column_stack([np.ones(time.size), area, -time])
+    _, rate, pull = np.linalg.lstsq(matrix, cycle.size[before], rcond=None)[0]
+    if not rate > 0:
+        return fed
+    left = max(float(cycle.infeed[first] - cycle.size[first] - pull / rate), 0.0)
+    pole = np.exp(-rate * cycle.step[first:last])
+    return fed + left - float(lags(left, pole, cycle.command_rate[first:last] * (1 - pole) / rate)[-1])
 
 
 def another_part(cycle: Cycle) -> str:
@@ -142,7 +172,7 @@ def _jump_at(cycle: Cycle, after: int) -> str:
     return f"{size_of_it}, more than {_SIGMAS:g} standard deviations of its noise"
 
 
-def _runs(size: Floats) -> list[tuple[int, int]]:
+def runs(size: Floats) -> list[tuple[int, int]]:
     """First and last index of each run of equal readings that is long enough to count as frozen."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(size)) + 1, [size.size]])
     return [(int(a), int(b) - 1) for a, b in pairwise(edges) if b - a >= _STILL]

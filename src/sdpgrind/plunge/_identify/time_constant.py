@@ -13,6 +13,7 @@ from scipy.special import chdtri
 from sdpgrind import identify as idf
 from sdpgrind.base import checks, serial
 from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._identify import rounding
 from sdpgrind.plunge._identify.cycles import MOVING, Cycle, concluded, fault, not_identified
 from sdpgrind.plunge._plan.replay_kernels import lags
 
@@ -45,6 +46,10 @@ def fitted(cycle: Cycle, noise: str = "first order") -> idf.Estimate:
     covariance it always is a fitted value, since none is known, and the step from the fitted values counts as
     an error: a small touch-in that was there biases the time constant by it.
     """
+    return rounding.widened(_fitted(cycle, noise), cycle, lambda values: residual(cycle, values))
+
+
+def _fitted(cycle: Cycle, noise: str) -> idf.Estimate:
     touched = fit(cycle, noise)
     told = touched.value[2] ** 2 > _SIGNIFICANT * touched.covariance[2, 2]
     if touched.ok and (told or abs(touched.correlation[0, 2]) < _ALIKE):
@@ -112,7 +117,8 @@ def _curved(cycle: Cycle, found: idf.Estimate) -> bool:
     count = white.size // _BLOCK
     means = white[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)
     noise = max(float(np.mean(np.diff(white) ** 2)) / 2, 1e-12) / _BLOCK
-    return bool(means @ means > noise * chdtri(count - 1, _RARELY))
+    noises = noise + rounding.of_means(cycle, count, _BLOCK, rho)
+    return bool(means @ (means / noises) > chdtri(count - 1, _RARELY))
 
 
 def _of_logarithm(found: idf.Estimate) -> idf.Estimate:
@@ -270,8 +276,7 @@ class TimeConstantEstimator:
         self._sums = f * self._sums + np.stack([one, r, r * r, g, g * g, g * r, r * self._last])
         self._doubles = f * f * self._doubles + np.stack([one, g, g * g])
         self._closed = self._closed * np.array([f, f, f, f * f, f])[:, None]
-        self._last = r
-        self._count += 1
+        self._last, self._count = r, self._count + 1
 
     @property
     def _profiled(self) -> Floats:

@@ -7,6 +7,7 @@ import numpy as np
 from sdpgrind import identify as idf
 from sdpgrind import physics
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.removal import ENERGY, median_ratio
 from sdpgrind.base.doubts import gauge
 from sdpgrind.base.doubts.words import amount, significant
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
@@ -73,6 +74,9 @@ def checks_of(problem: SequenceProblem, table: Any) -> list[str]:
                 "removal_rate", "bead_width x cut_depth x feed_rate", read["removal_rate"] / product, _PRODUCT
             )
         )
+    elif {"grinding_power", "cut_depth", "feed_rate"} <= read.keys():
+        rate = model.bead_width * read["cut_depth"] * read["feed_rate"]
+        found.append(_unusual_energy(median_ratio(read["grinding_power"], rate)))
     if {"grinding_power", "tangential_force"} <= read.keys():
         torque = read["tangential_force"] * model.disk_radius
         product = np.asarray(physics.disk_power(torque, model.free_speed, model.speed_droop))
@@ -93,6 +97,17 @@ def checks_of(problem: SequenceProblem, table: Any) -> list[str]:
             f" {model.threshold_force:.3g} to {problem.force_max:.3g} N."
         )
     return [sentence for sentence in found if sentence]
+
+
+def _unusual_energy(energy: float) -> str:
+    """Sentence on a specific energy (J/mm^3) that grinding does not have; NaN: not known."""
+    low, high = ENERGY
+    if low <= energy <= high or energy != energy:
+        return ""
+    return (
+        f"grinding_power over bead_width x cut_depth x feed_rate is a specific energy of {energy:.3g} J/mm^3;"
+        f" usual are {low:g} to {high:g}: a unit, as inches taken for mm, or a size of the problem, is wrong."
+    )
 
 
 def _ratio(name: str, product: str, ratio: Floats, tolerance: float, greater: str = "") -> str:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
+from scipy.special import stdtrit
 
 from sdpgrind import identify as idf
 from sdpgrind import sdp
@@ -24,6 +25,9 @@ LAW_METHODS = ("kernel", "sample")
 _OF_PASSES = {"normal_force": "N", "feed_rate": "mm/s", "cut_depth": "mm"}
 _DECISIVE = 3.0  # chosen: difference of log-likelihood, 20 times as likely
 _ABSURD = 12.0  # chosen: standard deviations that no residual of a sound fit reaches
+_CHANCE = 1e-3  # chosen: that one of the sound passes of a log is called wrong
+_PEERS = 10  # chosen: passes of like depth whose scatter is that of a gauge, too
+_MOST_WRONG = 5  # chosen: depths below 0 that are looked at; where more are there, noise makes them
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -104,6 +108,7 @@ def estimate_scatter(
 ) -> ScatterEstimate:
     """Compare the attributions; see `identify`."""
     read, process = _passes(data, model, method)
+    _refuse_wrong_depths(read, process, method == "fit", law, depth_noise)
     fits = {name: _fitted(read, process, name, method == "fit", law, depth_noise) for name in ATTRIBUTIONS}
     order = sorted(fits, key=lambda name: -fits[name].likelihood)
     best = fits[order[0]]
@@ -131,6 +136,50 @@ def _refuse_absurd(fit: _LawFit, depth_noise: float) -> None:
             "depth_noise must cover what the measured cut_depth is uncertain by (mm): the best fit leaves a"
             f" residual of {worst:.0f} standard deviations; got {depth_noise:g}"
         )
+
+
+def _refuse_wrong_depths(
+    read: idf.Readings, process: GrindingProcess, refit: bool, law: str, noise: float
+) -> None:
+    """Refuse depths below 0 that the scatter of the others explains under no attribution.
+
+    The least one, two, ... are left out of the fit and held against it (Rosner's test, so that two of them
+    do not hide each other); Student's quantile, of the passes of like depth, is shared among all.
+    """
+    order, wrong = np.argsort(read["cut_depth"], kind="stable"), 0
+    for count in range(1, min(int(np.sum(read["cut_depth"] < 0)), _MOST_WRONG, read.points - 4) + 1):
+        peers = min(_PEERS, read.points - count)
+        usual = float(-stdtrit(peers, _CHANCE / (read.points - count + 1)))
+        if _distance(read, order[:count], process, refit, law, noise) > usual:
+            wrong = count
+    if wrong:
+        force, feed, depth = (float(read[name][order[0]]) for name in _OF_PASSES)
+        more = f", and {wrong - 1} more like it" if wrong > 1 else ""
+        raise ValueError(
+            f"cut_depth must be >= 0 within the scatter of the passes and depth_noise (mm); got {depth:.4g}"
+            f" in the pass of normal_force {force:.6g} N and feed_rate {feed:.6g} mm/s{more}: a wrong"
+            f" reading? Take it out, or say depth_noise= if depths are that uncertain; got {noise:g}"
+        )
+
+
+def _distance(
+    read: idf.Readings, out: Any, process: GrindingProcess, refit: bool, law: str, noise: float
+) -> float:
+    """Standard deviations of the last of the rows `out` below the fit of the others, of the best attribution.
+
+    Those of the attribution, or of the passes of like depth about it, whichever are greater.
+    """
+    kept, last, found = np.ones(read.points, dtype=bool), out[-1], []
+    kept[out] = False
+    others = read.only(kept)
+    for name in ATTRIBUTIONS:
+        fit = _fitted(others, process, name, refit, law, noise)
+        mean, sd = _mean_and_sd(read, fit.process, fit.scatter, noise)
+        left = (read["cut_depth"] - mean)[kept]
+        alike = np.argsort(np.abs(mean[kept] - mean[last]), kind="stable")[:_PEERS]
+        spread = max(float(sd[last]), float(np.sqrt(np.mean(left[alike] ** 2))))
+        found.append(float(mean[last] - read["cut_depth"][last]) / spread)
+    return min(found)
 
 
 def estimate_law(

@@ -130,7 +130,7 @@ def identify(
         scatters less than asked.
     depth_noise : float
         For "scatter" and "law": sd of the depth measurement, mm, no scatter of the process. "law" refuses
-        depths below -5 of them.
+        depths below -5 of them, "scatter" one below 0 that the scatter of the others does not explain.
     attribution : str, optional
         For "law": attribution of the standardisation. Default: the favoured one.
     bandwidth : float, optional

@@ -1,0 +1,74 @@
+"""Codes for no reading: a value that returns, far from the rows beside it, as -9999 or 0 of a gauge."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.base.columns.request import Bound, unit_of_name
+from sdpgrind.base.columns.rows import PartRows
+from sdpgrind.base.columns.table import is_command
+
+_GAUGES = ("size", "removed", "slide", "probe")
+"""Ways, which do not leap and come back."""
+_SPEEDS = ("mm/s", "rad/s")
+"""Units of what may leap, as a rapid move does."""
+_FAR = 10.0  # chosen: usual steps of a column; those of noise alone are within 4 of them
+_SHARE = 0.1  # chosen: of the range of a way; a smaller leap is a disturbance
+_BACK = 0.5  # chosen: of a leap, within which a way is where it was
+_USUAL = 0.75  # chosen: quantile of the steps, so that codes in each eighth row leave it as it is
+_BEYOND = 5.0  # chosen: times the greatest other magnitude
+_TWICE = 2  # derived: rows from which on a value returns
+
+
+def codes(blocks: Sequence[PartRows], bounds: Mapping[str, Bound]) -> list[str]:
+    """Return a sentence on each column with a value that may mean that there is no reading."""
+    found = []
+    for name, each in bounds.items():
+        parts = [block.columns[name] for block in blocks]
+        unit = unit_of_name(each.request.name)
+        if is_command(name) or unit in _SPEEDS or any(values.dtype.kind != "f" for values in parts):
+            continue
+        if told := _of_column([values / each.factor for values in parts], name in _GAUGES):
+            (word, rows), header = told, each.heading.header
+            found.append(
+                f"column {header!r} is {word} in {rows} rows, far from the rows before and behind them: if"
+                f" that is no reading, {_cure(word, header)}"
+            )
+    return found
+
+
+def _cure(word: str, header: str) -> str:
+    """How a code becomes no reading; 0 stands in other columns, too, and so is no word of the file."""
+    if float(word) != 0:
+        return f'say missing=["{word}"]'
+    return f"make it none in a table: table[{header!r}] = table[{header!r}].mask(table[{header!r}] == 0)"
+
+
+def _of_column(parts: Sequence[Floats], gauge: bool) -> tuple[str, int] | None:
+    """Value as a file writes it, and its number of rows; None: no value leaps and returns."""
+    known = [values[np.isfinite(values)] for values in parts]
+    every = np.concatenate(known)
+    leapt = np.concatenate([_leaps(values) for values in known])
+    values, counts = np.unique(every[leapt], return_counts=True)
+    greatest = float(np.abs(every[~leapt]).max(initial=0.0))
+    for k in np.argsort(-counts, kind="stable").tolist():
+        if counts[k] >= _TWICE and (gauge or values[k] < -_BEYOND * greatest < 0):
+            return f"{values[k]:.12g}", int(counts[k])
+    return None
+
+
+def _leaps(values: Floats) -> Bools:
+    """Which rows are runs of one value with a leap before, and one back behind."""
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
+    far = np.zeros(values.size, dtype=bool)
+    if edges.size < 3:
+        return far
+    level = values[edges]
+    into, back = level[1:-1] - level[:-2], level[2:] - level[1:-1]
+    leap = np.minimum(np.abs(into), np.abs(back))
+    quiet = np.concatenate([[False], (into * back < 0) & (np.abs(into + back) <= _BACK * leap), [False]])
+    usual = float(np.quantile(np.abs(np.diff(values)), _USUAL))
+    spread = float(np.subtract(*np.quantile(values, [_USUAL, 1 - _USUAL])))
+    quiet[1:-1] &= (leap > _FAR * usual) & (leap > _SHARE * spread)
+    return np.repeat(quiet, np.diff(np.append(edges, values.size)))
