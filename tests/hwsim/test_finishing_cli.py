@@ -337,6 +337,16 @@ def test_everything_that_can_be_said(tmp_path):
             'observer = "ideal"',
             "[controller] observer must be 'pid' or 'state': no sensor of a cell has the true contact torque",
         ),
+        (
+            'amplitude = "20 um"\nwavelength = "8 mm"\n',
+            "",
+            "cell.truth.wave.amplitude and cell.truth.wave.wavelength are missing",
+        ),
+        (
+            'contact_angle = "20 deg"',
+            'contact_angle = "90 deg"',
+            "axis must be left out: no torque of the axis presses a tool that is face-on",
+        ),
         ("degree = [1, 1]", "degree = 1", "surface.degree must be two whole numbers, as [3, 3]; got 1"),
     ],
 )

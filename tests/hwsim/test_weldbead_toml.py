@@ -315,7 +315,7 @@ FAULTS = [
         "linear = 2.0",
         "linear = -2.0",
         "",
-        "[height_charge.under] rate must be >= 0 ($ per unit of distance); got -2.0",
+        "height_charge.under.linear must be >= 0 ($/mm); got -2.0",
     ),
     (
         "",
@@ -331,6 +331,18 @@ FAULTS = [
         "[stand.simple] height_noise must be >= 0 (mm); got -1.0",
     ),
     ("", "", "[disc]\nrelaxed_angle = 20\n", "[disc] relaxed_angle must be"),
+    (
+        "",
+        "",
+        "[stand.pass_scatter]\ncorrelation = 'none'\n",
+        "stand.pass_scatter.correlation must be rows of a matrix, as [[1, 0], [0, 1]]; got 'none'",
+    ),
+    (
+        "",
+        "",
+        "[stand.pass_scatter]\ncorrelation = [[1, 0, 'a'], [0, 1, 0], [0, 0, 1]]\n",
+        "stand.pass_scatter.correlation[0][2] must be a number (1) or a text",
+    ),
     ("", "", "[loop]\ncrossover = '3 s'\n", "loop.crossover must have a unit like rad/s; got '3 s'"),
     ("", "", "[stand]\nmotor = 'steam'\n", "stand.motor must be one of process, air; got 'steam'"),
     (

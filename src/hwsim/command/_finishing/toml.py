@@ -26,7 +26,7 @@ NORMAL_FORCE = 1.111  # default force, N; source: the middle level of Wang and J
 KIND = "lqg"  # default controller
 _LIGHT = 1e-9  # N, chosen: a force that every motor presses
 
-_WAVE = {"amplitude": "mm", "wavelength": "mm", "phase": "rad"}
+_WAVE = {"amplitude": "mm", "wavelength": "mm"}
 _HIDDEN = ("inertia", "contact_angular_stiffness", "torque_constant")
 """Fields in which the true axis may differ from the believed one."""
 _METHODS = ("trapezoid", "toppra", "min_time")
@@ -80,6 +80,7 @@ def _job(file: Table, folder: Path, target: str | None) -> Job:
     problem = _problem(path, tool, robot)
     method = file.text("method", _METHODS) if file.has("method") else "trapezoid"
     if not problem.pressed:
+        _refuse_unpressed(file)
         return Job(FaceOn(problem), method=method, program=program)
     controller = file.maybe("controller")
     settings = _settings(controller)
@@ -89,6 +90,16 @@ def _job(file: Table, folder: Path, target: str | None) -> Job:
     controller.made(_check_settings, axis, settings)
     cell = _cell(problem, {"axis": axis, "target_force": force}, file.maybe("cell"))
     return Job(cell, settings, method, _study(file.maybe("study")), program)
+
+
+def _refuse_unpressed(file: Table) -> None:
+    """Refuse tables that a tool without a torque axis has no use for."""
+    for key in ("axis", "controller", "cell", "study"):
+        if file.has(key):
+            raise ValueError(
+                f"{key} must be left out: no torque of the axis presses a tool that is face-on"
+                ' (contact_angle = "90 deg") or free to spin, and the job is for a program or a motion'
+            )
 
 
 def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis, force: float) -> None:
@@ -229,7 +240,8 @@ def _true_axis(believed: finishing.TorqueAxis, table: Table) -> finishing.Torque
 
 def _wave(table: Table) -> HeightField:
     """One wave on the surface."""
-    options: dict[str, Any] = {**table.given(_WAVE)}
+    table.need(*_WAVE)
+    options: dict[str, Any] = {**table.numbers(_WAVE), **table.given({"phase": "rad"})}
     if table.has("direction"):
         options["direction"] = table.list_of("direction", "")
     wave = table.made(HeightField.wave, **options)

@@ -171,9 +171,19 @@ def _scatter(table: Table) -> weldbead.Scatter:
 def _coefficients(table: Table) -> weldbead.CoefficientScatter:
     options = table.values(weldbead.CoefficientScatter, every=False)
     if table.has("correlation"):
-        options["correlation"] = table.take("correlation")
+        options["correlation"] = _matrix(table.path("correlation"), table.take("correlation"))
     table.done()
     return table.made(weldbead.CoefficientScatter, **options)
+
+
+def _matrix(name: str, given: Any) -> list[list[float]]:
+    """Rows of a matrix of numbers."""
+    if not isinstance(given, list) or not all(isinstance(row, list) for row in given):
+        raise ValueError(f"{name} must be rows of a matrix, as [[1, 0], [0, 1]]; got {given!r}")
+    return [
+        [quantity(f"{name}[{i}][{j}]", value, "") for j, value in enumerate(row)]
+        for i, row in enumerate(given)
+    ]
 
 
 def _height_charge(table: Table) -> sdp.Charge:
@@ -199,7 +209,10 @@ def _one_sided(table: Table, unit: str) -> sdp.OneSided:
             f"{table.name} must have one of {', '.join(kinds)}; got {', '.join(named) or 'none'}"
         )
     make, rate_unit = kinds[named[0]]
-    return table.made(make, table.number(named[0], rate_unit), **tolerance)
+    rate = table.number(named[0], rate_unit)
+    if rate < 0.0:
+        raise checks.refuse(table.path(named[0]), ">= 0", rate, rate_unit)
+    return table.made(make, rate, **tolerance)
 
 
 def _burn_limit(table: Table) -> weldbead.sequence.BurnLimit:
