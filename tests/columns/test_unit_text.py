@@ -79,6 +79,7 @@ def test_roots_of_units():
         ("7 mm^(1/0)", "mm", "is no exponent"),
         ("7 mm & s", "mm", "'& s' is no unit"),
         ("much", "mm", r"x must be a number \(mm\) or a text such as \"3 mm\"; got 'much'"),
+        ("0,282 mm", "mm", "must have a unit like mm; got '0,282 mm': a decimal sign is a point"),
     ],
 )
 def test_refused_texts(value, unit, message):

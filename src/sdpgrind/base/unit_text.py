@@ -129,7 +129,8 @@ def quantity(name: str, value: Any, unit: str) -> float:
     try:
         given, wanted = parse(written), parse(unit or "1")
     except ValueError as error:
-        raise ValueError(f"{name} must have a unit like {unit or '1'}; got {value!r}: {error}") from None
+        why = "a decimal sign is a point" if re.match(r",\d", written) else str(error)
+        raise ValueError(f"{name} must have a unit like {unit or '1'}; got {value!r}: {why}") from None
     if given.exponents != wanted.exponents:
         raise ValueError(f"{name} must have a unit like {unit or '1 (none)'}; got {value!r}")
     try:
