@@ -118,3 +118,13 @@ def test_a_lag_that_is_not_told_names_the_unit(column, times, said):
     fit = plunge.identify(data | {column: times * data[column]}, "time_constant")
     assert not fit.ok and said in fit.message and "while the rate changes" not in fit.message
     assert plunge.identify(data, "time_constant").ok
+
+
+def test_a_slender_quill_is_soft_and_a_stiffness_in_newton_per_micrometre_is_refused():
+    """80 N/mm in a bore of 1.5 mm lags 4 s; 8 to 90 N/µm taken as N/mm lag minutes."""
+    model = plunge.preset("simulation").model
+    quill = {"wheel_diameter": 1.0, "work_diameter": 1.5, "width": 3.0, "wheel_speed": 8e3}
+    assert model.replace(**quill, stiffness=80.0).stiffness == 80.0
+    for stiffness in (8.0, 20.0, 90.0):
+        with pytest.raises(ValueError, match="N/mm, some 10000; multiply by 1000 for N/µm"):
+            model.replace(stiffness=stiffness)

@@ -79,3 +79,24 @@ def test_the_transpose_of_the_filter():
     for rho in (0.0, 0.7):
         there, back = serial.filtered(one, rho, apart), serial.filtered_back(other, rho, apart)
         assert other @ there == pytest.approx(back @ one, rel=1e-12)
+
+
+@pytest.mark.parametrize("rate", [-0.5, -0.02])
+def test_a_wheel_that_is_taken_off_is_told(rate):
+    """The size stays where it is: a slow retreat gave 2.1 s, and a lag that differs from rate to rate; a fast one no infeed."""
+    off = np.where(TIME < 12.0 - 1e-9, RATE, rate)
+    size = SIZE + np.random.default_rng(0).normal(0.0, 5e-4, TIME.size)
+    fit = found(cycle(size, TIME, off), throw=False)
+    assert not fit.ok and "takes the wheel off the work from 12.00 s on" in fit.message
+
+
+def test_a_relief_that_leaves_deflection_is_part_of_the_cycle():
+    """The command goes back 20 um of 68: the wheel grinds on."""
+    rate = np.where((TIME >= 4.2 - 1e-9) & (TIME < 4.7 - 1e-9), -0.04, np.where(TIME < 4.2 - 1e-9, 0.04, 0.0))
+    deflection = np.zeros(TIME.size)
+    for k in range(TIME.size - 1):
+        deflection[k + 1] = POLE * deflection[k] + rate[k] * TAU * (1 - POLE)
+    assert deflection.min() >= 0.0
+    size = np.append(0.0, np.cumsum(rate[:-1])) * STEP - deflection
+    fit = found(cycle(size + np.random.default_rng(0).normal(0.0, 5e-4, TIME.size), TIME, rate))
+    assert fit.ok and abs(fit["time_constant"] - TAU) < 4 * fit.sd[0]

@@ -63,6 +63,11 @@ def alignment_sentence(
     each = ", ".join(f"{amount(value, unit, 4)} with {way!r}" for way, value in values.items())
     margin = f"leaves a sum of squared residuals {share(found.excess)} larger than {found.best!r}"
     known = f"{name} would be {each}."
+    if not found.sure and found.excess >= found.needed:
+        return (
+            f"Commands were read with commands_at={commands_at!r}, which these data can neither confirm nor"
+            f" reject: the law of the model fits them with no alignment; {known}"
+        )
     if not found.sure:
         return (
             f"Commands were read with commands_at={commands_at!r}, which these data can neither confirm nor"

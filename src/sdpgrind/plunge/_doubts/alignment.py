@@ -1,17 +1,28 @@
-"""Alignment of the commands of a plunge cycle: a linear lag is fitted to each, the residuals compared."""
+"""Alignment of the commands of a plunge cycle: the law of the lag is fitted to each, the residuals compared.
 
+A law that does not fit would tell the alignment that hides its misfit: a linear lag that bends tells none.
+"""
+
+import dataclasses
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from sdpgrind.base import serial
 from sdpgrind.base.columns.commands import ALIGNMENTS, read_as
-from sdpgrind.base.doubts.alignment import Alignment, preferred
+from sdpgrind.base.doubts import gauge
+from sdpgrind.base.doubts.alignment import NOT_SURE, Alignment, preferred
 from sdpgrind.plunge._doubts.lag import LagFit, LagPart, fitted
+from sdpgrind.plunge._doubts.residuals import Deflected, of_model
 from sdpgrind.plunge._identify import time_constant
 from sdpgrind.plunge._identify.cycles import MOVING, Cycle
+from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._model.time_constants import of_deflection
 
 _AIR = 2.0  # chosen: ratio of variances that noise alone does not reach, and an approach of 3 um does
+_STRAIGHT = 48  # measured: readings over which a misfit of the lag is a line
+_CLEAR = 1.0  # chosen: excess of the second-best sum of squares that no misfit of a lag hides
 _EXACT = 1e-9  # chosen: noise over travel below which residuals are rounding
 
 
@@ -33,7 +44,44 @@ def of_cycles(cycles: Sequence[Cycle], commands_at: str = "begin") -> Aligned:
     white = {each: fitted(courses, rho) for each, courses in given.items()} if rho > 0 else raw
     squares = {each: fit.square for each, fit in white.items()}
     taus = {each: fit.time_constant for each, fit in raw.items()}
-    return Aligned(preferred(squares, white[commands_at].readings), white[commands_at], taus)
+    found = preferred(squares, white[commands_at].readings)
+    if found.excess < _CLEAR and _bent(best):
+        found = found._replace(preferred=NOT_SURE)
+    return Aligned(found, white[commands_at], taus)
+
+
+def by_model(
+    aligned: Aligned, cycles: Sequence[Cycle], commands_at: str, problem: CycleProblem, deflected: Deflected
+) -> Aligned:
+    """Alignment preferred where the deflection of the model is the law; `deflected`: as they were read."""
+    fits = {commands_at: deflected}
+    for each in ALIGNMENTS:
+        courses = [_commanded(cycle, commands_at, each) for cycle in cycles]
+        fits[each] = fits.get(each) or of_model(problem, courses) or deflected
+    rho = min(fits.values(), key=lambda fit: fit.noise_sd).correlation
+    squares = {each: _square(fits[each], rho) for each in ALIGNMENTS}
+    taus = {each: fits[each].scale * of_deflection(problem) for each in ALIGNMENTS}
+    found = preferred(squares, sum(left.size for left in deflected.residuals))
+    return aligned._replace(alignment=found, time_constants=taus)
+
+
+def _commanded(cycle: Cycle, commands_at: str, alignment: str) -> Cycle:
+    return dataclasses.replace(cycle, command_rate=read_as(cycle.command_rate, commands_at, alignment))
+
+
+def _square(fit: Deflected, rho: float) -> float:
+    each = zip(fit.times, fit.residuals, strict=True)
+    return float(sum(np.sum(serial.filtered(e, rho, serial.gaps(t, t.size)) ** 2) for t, e in each))
+
+
+def _bent(fit: LagFit) -> bool:
+    """Whether the residuals of a linear lag bend in a part: of the correlation about local lines, or less."""
+    rho = fit.correlation
+    return any(
+        left.size >= 2 * _STRAIGHT
+        and gauge.bend(left, time, min(rho, serial.local_correlation(left, _STRAIGHT))) is not None
+        for time, left in zip(fit.times, fit.residuals, strict=True)
+    )
 
 
 def _read_as(part: LagPart, commands_at: str, alignment: str) -> LagPart:

@@ -12,8 +12,7 @@ from sdpgrind.base.doubts.record import Doubts
 from sdpgrind.base.doubts.rows import Doubt, compared, complete, untold
 from sdpgrind.base.tables import table_of
 from sdpgrind.identify import Estimate
-from sdpgrind.plunge._doubts import cost, experiments
-from sdpgrind.plunge._doubts.alignment import of_cycles
+from sdpgrind.plunge._doubts import alignment, cost, experiments
 from sdpgrind.plunge._doubts.jobs import against_the_problem
 from sdpgrind.plunge._doubts.residuals import MODEL, law_of, of_model, of_models, of_readings
 from sdpgrind.plunge._identify import contact, sharpness
@@ -57,10 +56,12 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
     each = cycles(data, power="grinding_power" in table)
     usable = [cycle for cycle in each if not fault(cycle)]
     reader = assumed.reader_of(data, table)
-    aligned = of_cycles(usable, reader.commands_at) if usable else None
+    aligned = alignment.of_cycles(usable, reader.commands_at) if usable else None
     deflected = of_model(problem, usable)
     law = law_of(aligned.fit, deflected) if aligned and deflected else None
     by_model = law is not None and law.best == MODEL
+    if aligned and deflected and by_model:
+        aligned = alignment.by_model(aligned, usable, reader.commands_at, problem, deflected)
     lag = contact.secant if by_model else lambda cycle, _: by_output_error(cycle)
     tau = mean_of_parts(each, lambda cycle: lag(cycle, problem), NAME, UNIT)
     told = _told(problem, each, tau, _SAME if by_model else _LINEAR)

@@ -22,13 +22,14 @@ _FITTED = 3  # derived: contact zero, scale and offset of the gauge
 class Deflected(NamedTuple):
     """Residuals of the deflection of the model: standard deviation (mm), correlation of neighbours.
 
-    For each part times (s) and residuals (mm).
+    For each part times (s) and residuals (mm); mean scale of the deflection, unit 1.
     """
 
     noise_sd: float
     correlation: float
     times: tuple[Floats, ...]
     residuals: tuple[Floats, ...]
+    scale: float
 
 
 def of_model(problem: CycleProblem, each: Sequence[Cycle]) -> Deflected | None:
@@ -36,12 +37,12 @@ def of_model(problem: CycleProblem, each: Sequence[Cycle]) -> Deflected | None:
     if problem.model.linear_time_constant is not None or not each:
         return None
     times = tuple(cycle.time[cycle.read] for cycle in each)
-    left = tuple(
-        contact.residual(cycle, problem.model, contact.fitted(cycle, problem.model).value) for cycle in each
-    )
+    values = [contact.fitted(cycle, problem.model).value for cycle in each]
+    left = tuple(contact.residual(cycle, problem.model, v) for cycle, v in zip(each, values, strict=True))
     square, count = sum(float(e @ e) for e in left), sum(e.size - _FITTED for e in left)
     alike = [serial.correlation(e, _FITTED, serial.gaps(t, t.size)) for t, e in zip(times, left, strict=True)]
-    return Deflected(float(np.sqrt(square / max(count, 1))), float(np.mean(alike)), times, left)
+    scale = float(np.mean([value[1] for value in values]))
+    return Deflected(float(np.sqrt(square / max(count, 1))), float(np.mean(alike)), times, left, scale)
 
 
 def law_of(fit: LagFit, deflected: Deflected) -> Alignment:

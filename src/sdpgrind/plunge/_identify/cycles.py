@@ -102,7 +102,9 @@ def cycles(
 def fault(cycle: Cycle) -> str:
     """Reason why the size of a cycle is unusable; empty: it is usable."""
     if not cycle.infeed[-1] > 0.0:
-        return f"the command feeds {cycle.infeed[-1]:.4g} mm in all: a part needs an infeed"
+        return (
+            _withdrawn(cycle) or f"the command feeds {cycle.infeed[-1]:.4g} mm in all: a part needs an infeed"
+        )
     if still := _stands_still(cycle):
         return still
     if back := _jump_back(cycle):
@@ -111,6 +113,27 @@ def fault(cycle: Cycle) -> str:
         few = f"{count} readings of a moving size are too few: at least {MOVING} are needed"
         return f"{few} ({cycle.missing} are missing)"
     return ""
+
+
+def _withdrawn(cycle: Cycle) -> str:
+    """Since when the command takes the wheel off the work, in words; empty: it does not.
+
+    That is where it has gone back and is behind the size: no deflection is left.
+    """
+    rows = np.flatnonzero(cycle.read)
+    infeed, ground = cycle.infeed[rows], cycle.size[rows] - cycle.size[rows][:1]
+    gone_back = np.maximum.accumulate(cycle.infeed)[rows] - infeed
+    off = rows[(gone_back > cycle.jitter) & (infeed < ground - cycle.jitter)]
+    if not off.size:
+        return ""
+    before = cycle.infeed[: off[0] + 1]
+    since = cycle.time[np.flatnonzero(before == before.max())[-1]]
+    return f"the command takes the wheel off the work from {since:.2f} s on: leave out the rows after it"
+
+
+def fault_of_lag(cycle: Cycle) -> str:
+    """The same for a linear lag, which would pull at the work when the wheel leaves it."""
+    return fault(cycle) or _withdrawn(cycle)
 
 
 def _stands_still(cycle: Cycle) -> str:

@@ -14,7 +14,7 @@ from sdpgrind import identify as idf
 from sdpgrind.base import checks, serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._identify import rounding
-from sdpgrind.plunge._identify.cycles import MOVING, Cycle, concluded, fault, not_identified
+from sdpgrind.plunge._identify.cycles import MOVING, Cycle, concluded, fault_of_lag, not_identified
 from sdpgrind.plunge._plan.replay_kernels import lags
 
 NAME, UNIT = "time_constant", "s"
@@ -32,7 +32,7 @@ _ALIKE = 0.866  # chosen: correlation with the touch-in from which it doubles th
 
 def by_output_error(cycle: Cycle) -> idf.Estimate:
     """Least squares of the size over time constant, offset of the gauge and touch-in."""
-    if reason := fault(cycle):
+    if reason := fault_of_lag(cycle):
         return not_identified(NAME, UNIT, reason)
     found = fitted(cycle)
     told = concluded(_of_logarithm(found), FAINT)
@@ -144,9 +144,9 @@ def lagged(cycle: Cycle, time_constant: float, touch_in: float = 0.0) -> Floats:
 def recursively(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
     """Streaming estimate over all parts."""
     estimator = TimeConstantEstimator(forgetting=forgetting)
-    reasons = [reason for reason in map(fault, cycles) if reason]
+    reasons = [reason for reason in map(fault_of_lag, cycles) if reason]
     for cycle in cycles:
-        if not fault(cycle):
+        if not fault_of_lag(cycle):
             estimator.begin(touch_in=float(fitted(cycle, noise="white").value[2]))
             for row in zip(
                 cycle.time.tolist(), cycle.size.tolist(), cycle.command_rate.tolist(), strict=True
@@ -158,7 +158,7 @@ def recursively(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
 
 def as_printed(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
     """Recursive least squares of (4): q(i) = a' q(i-1) + b' p(i-1), tau = -dt/ln a'."""
-    if reasons := [reason for reason in map(fault, cycles) if reason]:
+    if reasons := [reason for reason in map(fault_of_lag, cycles) if reason]:
         return not_identified(NAME, UNIT, reasons[0])
     step = float(np.median(np.concatenate([cycle.step for cycle in cycles])))
     rls = idf.RecursiveLeastSquares(("pole", "gain"), forgetting=forgetting)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from sdpgrind import physics
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.quantities import Described, described, flag, part, quantity
+from sdpgrind.base.quantities import Described, another_unit, described, flag, part, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._model import kernels as _kernels
@@ -21,6 +21,8 @@ SPEED_RATIO = 5.0
 SLOWEST_WHEEL, FASTEST_WHEEL, FASTEST_WORK = 1000.0, 300e3, 300.0
 # chosen, N/mm and mm^2/s, ten times beyond what exists: machines of 1e3 to 1e5, materials of 1 to 117
 _STIFFNESSES, _DIFFUSIVITIES = (100.0, 1e6), (0.1, 1000.0)
+_SOFTEST, _USUAL_STIFFNESS = 1.0, 10000.0  # chosen, N/mm: of quills of small bores and of slender shafts
+_LONGEST, _SLOW = 50.0, 0.01  # chosen: s, at a rate in mm/s; one in N/µm taken as N/mm lags some 1000 s
 # chosen, ten times beyond normal over tangential forces of 1.2 to 10 and roundness gains of 0.5 to 5
 _LEAST_RATIO, _MOST_RATIO, _MOST_GAIN = 0.12, 100.0, 50.0
 
@@ -124,7 +126,7 @@ class PlungeModel(Described):
     wheel_speed: float = quantity("mm/s", above=0, usual=(SLOWEST_WHEEL, FASTEST_WHEEL), typical=30000)
     work_rotation: float = quantity("rad/s", above=0, usual=(0.0, FASTEST_WORK), typical=30)
     wear_flat_area: float = quantity("1", above=0, at_most=1)
-    stiffness: float = quantity("N/mm", above=0, usual=_STIFFNESSES, typical=10000)
+    stiffness: float = quantity("N/mm", above=0, usual=(_SOFTEST, _STIFFNESSES[1]), typical=_USUAL_STIFFNESS)
     normal_force_ratio: float = quantity(
         "1", at_least=_LEAST_RATIO, at_most=_MOST_RATIO, hint=" (normal over tangential: 4, not 0.25)"
     )
@@ -147,12 +149,19 @@ class PlungeModel(Described):
                 f" {self.wheel_speed / SPEED_RATIO:g} mm/s; units.rpm(...) for rev/min;"
                 f" got {self.work_rotation!r}"
             )
+        self._refuse_other_stiffness()
         self._warn_of_area()
         if self.grinding_ratio < 1.0:
             warn(f"grinding_ratio = {self.grinding_ratio:g}: the wheel loses more than the work")
 
     def __deepcopy__(self, memo: object) -> Self:
         return self  # immutable
+
+    def _refuse_other_stiffness(self) -> None:
+        lag = _LONGEST if self.linear_time_constant is not None else self.local_time_constant(_SLOW)
+        if self.stiffness < _STIFFNESSES[0] and lag >= _LONGEST:
+            words = another_unit("stiffness", self.stiffness, "N/mm", _STIFFNESSES, _USUAL_STIFFNESS)
+            raise ValueError(words)
 
     def _warn_of_area(self) -> None:
         law = self.power.sliding
