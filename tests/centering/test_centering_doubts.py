@@ -40,6 +40,25 @@ def test_pushes_tell_the_kinetic_friction(monkeypatch):
     assert (stake.at_low, stake.at_high) == pytest.approx((10 * row.low, 10 * row.high))
 
 
+def test_both_coefficients_are_taken_over_together(monkeypatch):
+    """One alone has no plan: the kinetic coefficient told exceeds the static one believed."""
+
+    def time(problem, start):
+        return problem.model.mu_static + 10 * problem.model.mu_kinetic
+
+    monkeypatch.setattr("centering._doubts.cost._time", time)
+    true = PROBLEM.model.replace(mu_static=0.26, mu_kinetic=0.225)
+    push = simulate_push(true, TipProfile.constant_speed(40.0, 0.1))
+    doubts = PROBLEM.doubts([push] * 5)
+    alone = next(each for each in doubts.stakes if each.name == "mu_kinetic")
+    assert np.isnan(alone.at_low) and "mu_static must be >= mu_kinetic" in alone.reason
+    static, kinetic = (doubts[name].told for name in ("mu_static", "mu_kinetic"))
+    together = doubts.stakes[-1]
+    assert together.name == "all of them" and together.at_low == together.at_high
+    assert together.at_low == pytest.approx(static + 10 * kinetic)
+    assert "each as told" in str(doubts)
+
+
 def test_refusals():
     with pytest.raises((TypeError, ValueError), match=r"pushes|data"):
         PROBLEM.doubts(3.0)

@@ -147,6 +147,12 @@ def test_a_load_torque_and_the_alignment_of_the_current():
     assert doubts["tool_exponent"].verdict == "not told"
 
 
+def test_no_load_is_told():
+    """A balanced tool: 0 known to 2 uN m, of 0.185 N m that the motor holds, is no lack of data."""
+    row = PROBLEM.doubts(motion("begin", load=0.0))["load_torque"]
+    assert row.verdict == "agrees" and row.low < 0.0 < row.high < 1e-5
+
+
 def test_an_axis_of_ones_own():
     mine = finishing.TorqueAxis(inertia=0.002, torque_constant=0.6)
     data = motion("begin", load=0.05, axis=mine)

@@ -10,7 +10,7 @@ from sdpgrind.base.columns import commands
 from sdpgrind.base.columns.source import ColumnNote, Source
 from sdpgrind.base.doubts import alignment, assumed, gauge, rows
 from sdpgrind.base.doubts.rows import Doubt
-from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
+from sdpgrind.base.doubts.stakes import Figure, Stake, stakes, together
 from sdpgrind.identify import Doubts, Estimate, Status
 
 
@@ -118,6 +118,31 @@ def test_stakes_are_ordered_and_say_where_no_plan_is():
     assert [stake.name for stake in found] == ["b", "a", "c"]
     assert (found[0].at_low, found[0].at_high) == (5.0, 35.0)
     assert np.isnan(found[-1].at_high) and found[-1].reason == "c must be <= 3"
+
+
+def test_values_together_are_a_stake_of_their_own(tmp_path):
+    two = (Stake("a", "1", 1.0, 2.0, np.nan, np.nan, "b is less"), Stake("b", "1", 1.0, 2.0, 8.0, 9.0))
+    assert together(two[:1], lambda: 7.0) == two[:1]
+    found = together(two, lambda: 7.0, "where b is less")
+    assert found[:2] == two and found[2].change(5.0) == 2.0
+    page = str(Doubts("a cycle", [], figure=Figure("time", "s", 5.0), stakes=found))
+    words = "all of them each as told: 7.0000 s +2 s where b is less"
+    assert " ".join(page.splitlines()[-1].split()) == words
+
+    def fails():
+        raise ValueError("b must be < 1.23456789")
+
+    assert together(two, fails)[2].reason == "b must be < 1.235"
+    assert "each as told: no plan" in str(
+        Doubts("", [], figure=Figure("", "s", 5.0), stakes=together(two, fails))
+    )
+    row = Doubt("b", "1", 1.0, 1.5, 1.0, 2.0, "agrees", 0.1)
+    drawn = Doubts("a cycle", [row], figure=Figure("time", "s", 5.0), stakes=found)
+    assert len(drawn.plot().axes) == 2
+    drawn.save(tmp_path / "doubts.nc")
+    assert str(Doubts.from_file(tmp_path / "doubts.nc")) == str(drawn)
+    drawn.report(tmp_path / "doubts.html")
+    assert "nan" not in (tmp_path / "doubts.html").read_text("utf-8").partition("Problem")[0]
 
 
 def test_what_the_call_told_is_assumed():

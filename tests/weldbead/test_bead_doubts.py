@@ -40,8 +40,22 @@ def test_stakes_are_plans_solved_again(sample):
     stake = next(each for each in sample.stakes if each.name == "specific_energy")
     again = weldbead.plan(P1.replace(specific_energy=stake.high), tolerance=None, nodes=401, progress=silent)
     assert stake.at_high == pytest.approx(again.value(height=P1.height_max, time_left=P1.horizon), rel=1e-12)
-    changes = [each.change(sample.figure.value) for each in sample.stakes]
+    *single, together = sample.stakes
+    changes = [each.change(sample.figure.value) for each in single]
     assert changes == sorted(changes, reverse=True) and len(changes) == 4
+    assert together.name == "all of them"
+
+
+def test_all_values_together_are_what_the_calls_plan(sample):
+    log = hwsim.Log.read(SAMPLES / "bead_passes.csv", **CALL)
+    problem = P1
+    for what, options in (("power", {}), ("friction", {}), ("scatter", {"model": P1.model})):
+        problem = problem.updated(weldbead.identify(log, what, **options))
+    plan = weldbead.plan(problem, tolerance=None, nodes=401, progress=silent)
+    expected = plan.value(height=P1.height_max, time_left=P1.horizon)
+    together = sample.stakes[-1]
+    assert together.at_low == together.at_high == pytest.approx(expected, rel=1e-12)
+    assert "each as told" in str(sample) and "nan" not in str(sample)
 
 
 def test_stakes_are_known_as_well_as_is_said(sample):
@@ -73,7 +87,7 @@ def drawn(problem, rng, count=40):
 
 def test_a_true_problem_differs_by_chance_only(monkeypatch):
     """20 logs of three regressed values: 5 % of 60 are 3, and 10 at the most but once in a thousand."""
-    monkeypatch.setattr("sdpgrind.weldbead._doubts.cost.of_plan", lambda problem, rows: (None, ()))
+    monkeypatch.setattr("sdpgrind.weldbead._doubts.cost.of_plan", lambda problem, rows, taken: (None, ()))
     rng, differ = np.random.default_rng(0), 0
     for _ in range(20):
         doubts = P1.doubts(drawn(P1, rng))
@@ -84,7 +98,7 @@ def test_a_true_problem_differs_by_chance_only(monkeypatch):
 
 
 def test_columns_that_contradict_the_problem(monkeypatch):
-    monkeypatch.setattr("sdpgrind.weldbead._doubts.cost.of_plan", lambda problem, rows: (None, ()))
+    monkeypatch.setattr("sdpgrind.weldbead._doubts.cost.of_plan", lambda problem, rows, taken: (None, ()))
     data = drawn(P1, np.random.default_rng(1))
     assert not any("is wrong" in sentence for sentence in P1.doubts(data).sentences)
     narrow = P1.doubts(data | {"removal_rate": data["removal_rate"] / 60})  # mm^3/min taken for mm^3/s

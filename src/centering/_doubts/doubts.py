@@ -34,6 +34,7 @@ def doubts(problem: CenteringProblem, data: Any) -> Doubts:
     found: list[Doubt] = []
     sentences: list[str] = []
     subject = []
+    friction: Estimate | None = None
     if each := scans.scans_of(data):
         row, words = scans.of_scans(problem, each)
         found, sentences = [row], words
@@ -46,7 +47,7 @@ def doubts(problem: CenteringProblem, data: Any) -> Doubts:
     rows = complete(found, problem.model, _HINTS)
     sentences += _into_the_plan(found)
     reader = reader_of(data, data)
-    figure, stakes = cost.of_plan(problem, rows)
+    figure, stakes = cost.of_plan(problem, rows, friction)
     return Doubts(
         f"centering, {' and '.join(subject)}", (*rows, *reader.rows), sentences, None, figure, stakes
     )

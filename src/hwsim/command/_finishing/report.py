@@ -23,7 +23,7 @@ _COLUMNS = (
     ("feed", ".2f"), ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
 )  # fmt: skip
 
-_ROUNDING = 1e-9  # chosen: relative; as the model's own ends
+_KNOWN = "zigzag"  # a pattern that each roughness model knows
 _SLOW = 1 / 3  # chosen: share of the feed rate; a law that holds the speed only where it must is far above
 
 
@@ -110,17 +110,15 @@ def _expected(problem: Any, force: float) -> float | None:
 
 def beyond_line(problem: Any, force: float) -> str:
     """Sentence on what of pattern, tool and force (N) the roughness model does not know; empty: it does."""
-    model, pattern = problem.model, problem.path.pattern
-    if model.covers(pattern, problem.tool_diameter, force):
+    model, pattern, tool = problem.model, problem.path.pattern, problem.tool_diameter
+    if model.covers(pattern, tool, force):
         return ""
     tools, forces = model.tool_diameter_range, model.normal_force_range
-    given = (("tool", problem.tool_diameter, tools, "mm"), ("force", force, forces, "N"))
     found = [] if model.covers(pattern, tools[0], forces[0]) else [f"pattern {pattern}"]
-    found += [
-        f"a {name} of {value:g} {unit} ({low:g} to {high:g} {unit})"
-        for name, value, (low, high), unit in given
-        if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING)
-    ]
+    if not model.covers(_KNOWN, tool, forces[0]):
+        found.append(f"a tool of {tool:g} mm ({tools[0]:g} to {tools[1]:g} mm)")
+    if not model.covers(_KNOWN, tools[0], force):
+        found.append(f"a force of {force:g} N ({forces[0]:g} to {forces[1]:g} N)")
     return f"no roughness is told: its model does not know {' or '.join(found)}"
 
 

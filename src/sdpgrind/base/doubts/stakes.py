@@ -1,7 +1,7 @@
 """Stakes: what it costs not to know, by the plan solved again at both ends of each interval."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -63,22 +63,15 @@ def stakes(
     return tuple(sorted(found, key=lambda stake: -stake.change(figure.value)))
 
 
-def together(
-    found: Sequence[Stake],
-    rows: Iterable[Doubt],
-    solved: Callable[[Mapping[str, float]], float],
-    note: str = "",
-) -> tuple[Stake, ...]:
-    """Return stakes with a last one: all of their values as told, which one alone may contradict.
+def together(found: Sequence[Stake], solved: Callable[[], float | None], note: str = "") -> tuple[Stake, ...]:
+    """Return stakes with a last one, of all values taken over at once: one alone may contradict the others.
 
-    `solved`: figure of the plan with these values, by name. `note`: how that plan differs besides. Fewer than
-    two values: there is no such stake.
+    `solved`: figure of the plan with all of them. `note`: how that plan differs besides. Fewer than two
+    stakes: there is no such one.
     """
-    names = {stake.name for stake in found}
-    told = {row.name: row.told for row in rows if row.name in names}
-    if len(told) < 2:
+    if len(found) < 2:
         return tuple(found)
-    value, why = _tried(lambda: solved(told))
+    value, why = _tried(solved)
     at = np.nan if value is None else value
     return (*found, Stake(ALL, "", np.nan, np.nan, at, at, why or note))
 

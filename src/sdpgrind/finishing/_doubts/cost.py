@@ -35,7 +35,7 @@ def of_roughness(
     found = stakes(rows, figure, lambda name, end: _with(problem, fitted.estimate, name, end, force))
     model, best = fitted.problem.model, fitted.problem.model.best_force()
     moved = "" if np.isclose(best, force, rtol=_ROUNDING, atol=0.0) else f"at {best:.3g} N"
-    return figure, together(found, rows, lambda _: _roughness(problem, model, best), moved)
+    return figure, together(found, lambda: _roughness(problem, model, best), moved)
 
 
 def _with(

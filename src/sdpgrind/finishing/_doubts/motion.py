@@ -33,7 +33,9 @@ def of_motion(
     axis = TorqueAxis(lever_arm=problem.lever_arm) if given is None else given
     whose, others = ("axis of the source", _OTHERS) if given is None else ("given axis", "")
     estimate = identify_load_torque(data, axis, throw=False)
-    row = compared(estimate, "load_torque", 0.0, note=f"with inertia and torque constant of the {whose}")
+    held = axis.torque_constant * axis.current_limit  # by the motor: a load has either sign, and may be 0
+    note = f"with inertia and torque constant of the {whose}"
+    row = compared(estimate, "load_torque", 0.0, scale=held, note=note)
     words = [
         f"The load torque rests on the {whose}: inertia {axis.inertia:g} kg m^2, torque constant"
         f" {axis.torque_constant:g} N m/A{others}."

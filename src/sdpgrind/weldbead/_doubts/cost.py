@@ -2,10 +2,12 @@
 
 import warnings
 from collections.abc import Sequence
+from functools import reduce
+from typing import Any
 
 from sdpgrind import sdp
 from sdpgrind.base.doubts.rows import Doubt
-from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
+from sdpgrind.base.doubts.stakes import Figure, Stake, stakes, together
 from sdpgrind.base.progress import silent
 from sdpgrind.weldbead.sequence._as_sdp import sdp_problem
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
@@ -17,14 +19,32 @@ _NODES = 401
 _OF_THE_PLAN = ("specific_energy", "idle_power", "friction_ratio")
 
 
-def of_plan(problem: SequenceProblem, rows: Sequence[Doubt]) -> tuple[Figure, tuple[Stake, ...]]:
-    """Return the expected penalty as believed, $, and at the ends of each interval."""
+def of_plan(
+    problem: SequenceProblem, rows: Sequence[Doubt], taken: Sequence[Any]
+) -> tuple[Figure, tuple[Stake, ...]]:
+    """Return the expected penalty as believed, $, at the ends of each interval, and with all estimates."""
     changes: list[float] = []
     name = f"expected penalty of a bead of {problem.height_max:g} mm in {problem.horizon:g} s"
     figure = Figure(name, "$", _penalty(problem, changes))
     found = stakes(rows, figure, lambda name, value: _with(problem, name, value, changes))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = together(
+            found, lambda: _penalty(_updated(problem, taken), changes), _attributed(problem, taken)
+        )
     solved = f"{_NODES} nodes; from half of them the plans below change by at most {max(changes):.1g} $"
     return figure._replace(solved=solved), found
+
+
+def _updated(problem: SequenceProblem, taken: Sequence[Any]) -> SequenceProblem:
+    """Problem with all estimates taken over."""
+    return reduce(SequenceProblem.updated, taken, problem)
+
+
+def _attributed(problem: SequenceProblem, taken: Sequence[Any]) -> str:
+    """Words on the coefficient that scatters where it is another than believed."""
+    told = [each.favoured for each in taken if hasattr(each, "favoured")]
+    return "".join(f"where {each} scatters" for each in told if each != problem.scatter.attribution)
 
 
 def _with(problem: SequenceProblem, name: str, value: float, changes: list[float]) -> float | None:

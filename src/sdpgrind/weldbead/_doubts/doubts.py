@@ -49,21 +49,27 @@ def doubts(problem: SequenceProblem, data: Any) -> Doubts:
         )
     found, sentences = [], passes.checks_of(problem, table)
     model = problem.model
+    taken: list[Any] = []  # what the calls below take over
     if "power" in there:
         power = identify(table, "power", throw=False)
         found += [
             compared(power, name, getattr(model, name), scale=_scale(problem, name)) for name in power.names
         ]
         sentences += [*passes.of_power(problem, table), *_warned(power)]
+        taken += [power] * power.ok
     if "friction" in there:
         friction = identify(table, "friction", throw=False)
         found.append(compared(friction, "friction_ratio", model.friction_ratio))
         sentences += _warned(friction)
-    row, words = _scatter(problem, table) if "scatter" in there else (_untold_scatter(problem), [])
+        taken += [friction] * friction.ok
+    row, words = _untold_scatter(problem), list[str]()
+    if "scatter" in there:
+        row, words, scatter = _scatter(problem, table)
+        taken += [scatter] * row.measured
     every = complete([*found, row], model, _HINTS)
     words += to_plan_with(_CALLS[what] for what in there if what != "scatter" or row.measured)
     reader = reader_of(data, table)
-    figure, stakes = cost.of_plan(problem, every)
+    figure, stakes = cost.of_plan(problem, every, taken)
     return Doubts(_subject(table), (*every, *reader.rows), [*sentences, *words], None, figure, stakes)
 
 
@@ -86,21 +92,20 @@ def _untold_scatter(problem: SequenceProblem, why: str = "") -> Doubt:
     return untold("relative_sd", "1", float(problem.scatter.total), why or _HINTS["relative_sd"])
 
 
-def _scatter(problem: SequenceProblem, table: Any) -> tuple[Doubt, list[str]]:
-    """Row of the scatter under its believed attribution, and a sentence on the favoured one."""
+def _scatter(problem: SequenceProblem, table: Any) -> tuple[Doubt, list[str], ScatterEstimate | None]:
+    """Row of the scatter under its believed attribution, a sentence on the favoured one, the estimate."""
     scatter = problem.scatter
     try:
         found = identify(table, "scatter", model=problem.model)
     except ValueError as error:
-        return _untold_scatter(problem, str(error)), []
+        return _untold_scatter(problem, str(error)), [], None
     name = scatter.attribution
     if not isinstance(name, str):
-        return _untold_scatter(problem, "several coefficients scatter, and passes tell only one"), []
+        return _untold_scatter(problem, "several coefficients scatter, and passes tell only one"), [], None
     spread = found.standard_error[found.names.index(name)]
     told = idf.Estimate(("relative_sd",), np.array([found[name]]), np.array([[spread**2]]), units=("1",))
-    return compared(told, "relative_sd", float(scatter.total), note=f"if {name} scatters"), _attributed(
-        found, name
-    )
+    row = compared(told, "relative_sd", float(scatter.total), note=f"if {name} scatters")
+    return row, _attributed(found, name), found
 
 
 def _attributed(found: ScatterEstimate, believed: str) -> list[str]:
