@@ -1,13 +1,19 @@
 """Refusals that a first user meets: each says the call that would do."""
 
+import importlib.util
 import re
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import hwsim
+from sdpgrind import weldbead
+from sdpgrind.base.columns.table import KNOWN
 from sdpgrind.base.doubts.assumed import reader_of
+
+DOCS = Path(__file__).parents[2] / "docs"
 
 WORN = np.round(3.0 * np.arange(400) / 400, 2)  # um
 
@@ -55,6 +61,8 @@ def test_the_warning_of_a_coarse_clock_comes_once_for_all_parts(tmp_path):
         ),
         ({"groesse": "D"}, "groesse must be a quantity of the library or <quantity>_command; known are "),
         ({"szie": "D"}, "is size meant?"),
+        ({"height_after": "D"}, "cut_depth is the height before a pass less the height after it"),
+        ({"height_charges": "D"}, "is height_charge meant?"),
         ({"power": "P"}, "is burning_power or grinding_power or idle_power meant?"),
         ({"time": ("t", "seconds"), "size": "D"}, "'seconds' is no unit of time"),
         ({"grinding_power": ("P", "W")}, 'in another unit: grinding_power=("P", "kW") (plausible'),
@@ -82,3 +90,33 @@ def test_a_unit_that_the_header_says_too_is_not_assumed():
     log = hwsim.Log.read(table, time="t", size=("D", "um", -0.5), reading=("X", "um"), plausible=False)
     names = [row.name for row in reader_of(log).rows]
     assert "unit of size" not in names and {"factor of size", "unit of reading"} <= {*names}
+
+
+def test_a_refusal_of_a_name_has_few_others():
+    with pytest.raises(ValueError, match="known are size, command_rate") as told:
+        hwsim.Log.read({"t [s]": [0.0, 1.0], "x": [1.0, 2.0]}, time="t", groesse="x")
+    names = set(re.findall(r"[a-z]+_[a-z_]+", str(told.value))) & KNOWN.keys()
+    assert 5 < len(names) < 15 and f"and {len(KNOWN) - 12} more" in str(told.value)
+
+
+def test_passes_without_a_depth_are_told_of_what_it_is_made():
+    bead = weldbead.preset("P1").model
+    with pytest.raises(
+        ValueError, match=r"must hold cut_depth .*; cut_depth is the height before a pass less"
+    ):
+        weldbead.identify({"normal_force": [1.0], "feed_rate": [1.0], "height": [1.0]}, "scatter", model=bead)
+
+
+def test_the_page_of_names_is_that_of_the_reader():
+    """Each name of the table, made of it, is read; the page on data says where it is."""
+    spec = importlib.util.spec_from_file_location("column_names", DOCS / "column_names.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    names = re.findall(r"   \* - ``(\w+)``\n     - (.+)", module.page())
+    assert dict(names) == {name: meant.unit or "1" for name, meant in KNOWN.items()}
+    units, data = ((DOCS / f"{page}.rst").read_text(encoding="utf-8") for page in ("units", "data"))
+    assert (
+        ".. _column-names:" in units
+        and units.endswith(".. column-names::\n")
+        and ":ref:`column-names`" in data
+    )
