@@ -13,7 +13,10 @@ def rows() -> list[tuple[str, str, str]]:
 def page() -> str:
     """Return them as a table of reStructuredText."""
     lines = [".. list-table::", "   :header-rows: 1", "   :widths: 40 20 40", ""]
-    for name, unit, usual in [("name", "unit", "refused outside"), *((f"``{n}``", u, r) for n, u, r in rows())]:
+    for name, unit, usual in [
+        ("name", "unit", "refused outside"),
+        *((f"``{n}``", u, r) for n, u, r in rows()),
+    ]:
         lines += [f"   * - {name}", f"     - {unit}", f"     - {usual}".rstrip()]
     return "\n".join(lines)
 
