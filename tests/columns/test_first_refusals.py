@@ -120,3 +120,35 @@ def test_the_page_of_names_is_that_of_the_reader():
         and units.endswith(".. column-names::\n")
         and ":ref:`column-names`" in data
     )
+
+
+UNITS = ["s", "um", None]
+CELLS = [[0.0, 0.0, "a"], [0.05, 250.0, "b"], [0.1, "OVL", "c"]]
+
+
+@pytest.mark.filterwarnings("ignore:.*no reading in 1 of 3")
+@pytest.mark.parametrize("form", ["rows", "levels"])
+def test_units_below_the_names_of_a_spreadsheet_are_found(form):
+    """As of pandas.read_excel(header=2), whose first row they are, and of header=[2, 3]."""
+    if form == "rows":
+        table = pd.DataFrame([UNITS, *CELLS], columns=["t", "Weg", "note"])
+    else:
+        names = [("t", "s"), ("Weg", "um"), ("note", "Unnamed: 2_level_1")]
+        table = pd.DataFrame(CELLS, columns=pd.MultiIndex.from_tuples(names))
+    log = hwsim.Log.read(table, time="t", size="Weg", missing=["OVL"])
+    assert log["data"]["size"].values == pytest.approx([0.0, 0.25, np.nan], nan_ok=True)
+    assert [(note.recorded, note.origin) for note in log.source.columns] == [
+        ("s", "unit row"),
+        ("um", "unit row"),
+    ]
+    assert (log.source.rows_read, log.source.rows_left_out) == (3, 0)
+    with pytest.raises(ValueError, match="got 'OVL' in row " + ("4" if form == "rows" else "3")):
+        hwsim.Log.read(table, time="t", size="Weg")
+
+
+def test_a_first_row_of_words_is_no_row_of_units():
+    table = pd.DataFrame({"pattern": ["zigzag", "s"], "section": ["mm", "1"]})
+    log = hwsim.Log.read(table, period=1.0, pattern="pattern", section="section")
+    assert log.source.rows_read == 2
+    ones = pd.DataFrame({"a": ["1", "2"], "b": ["1", "2"]})
+    assert hwsim.Log.read(ones, period=1.0, step="a", phase="b").source.rows_read == 2
