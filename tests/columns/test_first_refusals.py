@@ -31,15 +31,18 @@ def stamped(tmp_path, parts=1):
     return path
 
 
-def test_stamps_of_whole_seconds_are_offered_the_period_first(tmp_path):
-    with pytest.raises(ValueError, match=r'period=0\.02 \(s\) instead of time=.* or duplicates="first"'):
+def test_stamps_of_whole_seconds_are_offered_the_period(tmp_path):
+    """Not one row for each second: a time constant of 1.0 s was 0.49 +- 0.10 of the means."""
+    told = r'period=0\.02 \(s\) instead of time=.* or duplicates="keep" for the rows of motions$'
+    with pytest.raises(ValueError, match=told) as refused:
         hwsim.Log.read(stamped(tmp_path), time="Zeit", size="X")
+    assert "mean" not in str(refused.value) and "last" not in str(refused.value)
     log = hwsim.Log.read(stamped(tmp_path), period=0.02, size="X")
     assert log["data"].time.values[-1] == pytest.approx(7.98) and log.source.rows_left_out == 0
 
 
 def test_two_rows_at_one_time_of_a_fine_clock_have_no_period():
-    with pytest.raises(ValueError, match="time must rise") as told:
+    with pytest.raises(ValueError, match='duplicates="first", "last" or "mean"') as told:
         hwsim.Log.read({"t [s]": [0.0, 0.1, 0.1, 0.2], "X [um]": [1.0, 2.0, 3.0, 4.0]}, time="t", size="X")
     assert "period" not in str(told.value)
 
@@ -48,7 +51,7 @@ def test_the_warning_of_a_coarse_clock_comes_once_for_all_parts(tmp_path):
     with pytest.warns(UserWarning) as told:
         hwsim.Log.read(stamped(tmp_path, 3), time="Zeit", part="Teil", size="X", duplicates="first")
     (one,) = [str(each.message) for each in told if "leaves" in str(each.message)]
-    assert "leaves 24 of 1199 rows" in one and "period=0.02 (s)" in one
+    assert "leaves 24 of 1199 rows" in one and "known to 1 s alone" in one and "period=0.02 (s)" in one
 
 
 @pytest.mark.parametrize(
@@ -152,3 +155,13 @@ def test_a_first_row_of_words_is_no_row_of_units():
     assert log.source.rows_read == 2
     ones = pd.DataFrame({"a": ["1", "2"], "b": ["1", "2"]})
     assert hwsim.Log.read(ones, period=1.0, step="a", phase="b").source.rows_read == 2
+
+
+def test_rows_at_one_time_alone_have_no_step():
+    with pytest.warns(UserWarning, match="leaves 1 of 4 rows, as the others stand at the same times$"):
+        hwsim.Log.read(
+            {"t [s]": [1.0] * 4, "P [W]": [91.0, 92.0, 93.0, 94.0]},
+            time="t",
+            grinding_power="P",
+            duplicates="mean",
+        )
