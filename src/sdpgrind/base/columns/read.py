@@ -219,7 +219,7 @@ def _refuse_mistakes(
     if (doubt := removal_doubt(columns, bounds)) is not None:
         warn(f"{where}: {doubt}")
     for fault in faults:
-        if is_position(fault, parts):
+        if is_position(fault, parts, factors):
             raise ValueError(
                 f"{where}: {bounds[fault.second].request.name} must be a rate; it rises with {fault.first} as"
                 f" a position does: {POSITION} (plausible=False takes it as it is)"

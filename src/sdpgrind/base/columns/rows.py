@@ -100,13 +100,16 @@ def warn_of_most(blocks: Sequence[PartRows], duplicates: str) -> None:
     if duplicates == "keep" or not coarse:
         return
     rows, steps = sum(block.time.size for block in coarse), [*filter(None, map(_even_step, coarse))]
-    times = [np.unique(block.time) for block in coarse]
-    kept = sum(map(len, times))
-    tick = max((float(np.median(np.diff(each))) for each in times if each.size > 1), default=0.0)
-    more = f", which are known to {tick:.3g} s alone; if the rows are evenly spaced, period={np.median(steps):.3g} (s) instead of time= keeps them all"
+    times, more = [np.unique(block.time) for block in coarse], ""
+    if steps:
+        tick = max(float(np.median(np.diff(each))) for each in times if each.size > 1)
+        more = (
+            f", which are known to {tick:.3g} s alone; if the rows are evenly spaced,"
+            f" period={np.median(steps):.3g} (s) instead of time= keeps them all"
+        )
     warn(
-        f"{coarse[0].where}: duplicates={duplicates!r} leaves {kept} of {rows} rows, as the others stand at"
-        f" the same times{more * bool(steps)}"
+        f"{coarse[0].where}: duplicates={duplicates!r} leaves {sum(map(len, times))} of {rows} rows, as the"
+        f" others stand at the same times{more}"
     )
 
 
