@@ -89,14 +89,14 @@ def _follows(time: Floats, way: Floats, other: Floats, rate: Floats, ratio: Rati
 
 
 def is_position(fault: Contradiction, each: Parts, factors: dict[str, float]) -> bool:
-    """Whether a way grows in step with its rate, and as far in some unit: a position was given for the rate."""
+    """Whether a way grows with its rate, and as far in some unit: a position was given for it."""
     by = factors[fault.second] / factors[fault.first]
     told = [_goes_along(columns[fault.first], columns[fault.second], by) for _, columns in each]
     return fault.times == fault.times and sum(told) > len(told) / 2
 
 
 def _goes_along(way: Floats, rate: Floats, by: float) -> bool:
-    """Whether two columns grow alike; the way of a wheel or of its part in mm, um, inches or of the diameter."""
+    """Whether two columns grow alike and, in mm, um or inches, of radius or diameter, as far."""
     known = np.isfinite(way) & np.isfinite(rate)
     if not _alike_known(way, rate) >= _ALIKE or np.unique(rate[known]).size < _LEVELS:
         return False
