@@ -1,8 +1,9 @@
-"""Directive ``job-tables``: the keys of a command's job file (`job_keys`) as tables."""
+"""Directives: ``job-tables``, the keys of a job file (`job_keys`); ``column-names``, those of a user's file."""
 
 import re
 from typing import Any
 
+import column_names
 from job_keys import noted
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
@@ -41,7 +42,16 @@ class JobTables(SphinxDirective):
         return self.parse_text_to_nodes(page(self.arguments[0]))
 
 
+class ColumnNames(SphinxDirective):
+    """Table of the names that columns of a user's file are read by."""
+
+    def run(self) -> list[Any]:
+        """Return the nodes of the table."""
+        return self.parse_text_to_nodes(column_names.page())
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Add the directive."""
+    """Add the directives."""
     app.add_directive("job-tables", JobTables)
+    app.add_directive("column-names", ColumnNames)
     return {"parallel_read_safe": True}

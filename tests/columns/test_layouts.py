@@ -255,3 +255,18 @@ def test_damaged_texts_are_read_or_refused_in_one_sentence(tmp_path_factory, pla
         assert hwsim.Log.read(path, time="t", size="X").source.rows_read >= 1
     except ValueError as refused:
         assert "\n" not in str(refused) and "damaged.csv" in str(refused)
+
+
+@pytest.mark.parametrize("mark", [",", ";"])
+@pytest.mark.parametrize("separator", ["\t", " "])
+def test_a_separator_at_the_end_of_a_name_is_none_of_it(mark, separator, tmp_path):
+    """A script that joins names with commas above data with tabs; its units were lost with the bracket."""
+    rows = [f"{0.05 * k:.2f}{separator}{1.5 * k:.1f}{separator}{900 + k}" for k in range(20)]
+    path = tmp_path / "a.txt"
+    path.write_text("\n".join([f"% t [s]{mark} x [um]{mark} P [W]", *rows]) + "\n")
+    log = hwsim.Log.read(path, time="t", size="x [um]", grinding_power="P")
+    assert [(note.header, note.recorded) for note in log.source.columns] == [
+        ("t [s]", "s"),
+        ("x [um]", "um"),
+        ("P [W]", "W"),
+    ]

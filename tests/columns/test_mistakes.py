@@ -361,7 +361,15 @@ def cycle():
     size = position - 20.0 * np.where(time < 6.0, 1 - np.exp(-time), np.exp(6.0 - time))
     size += np.random.default_rng(0).normal(0.0, 0.3, time.size)
     power = 300.0 + 30.0 * rate + np.random.default_rng(1).normal(0.0, 5.0, time.size)
-    return pd.DataFrame({"t": time, "x": size, "v": rate, "P": power, "pos": position / 1000})
+    return pd.DataFrame(
+        {
+            "t": time,
+            "x": size,
+            "v": rate,
+            "P": power,
+            "pos": position / 1000 + np.random.default_rng(2).normal(0.0, 2e-4, time.size),
+        }
+    )
 
 
 CYCLE = {"time": ("t", "s"), "size": ("x", "um"), "command_rate": ("v", "um/s"), "grinding_power": ("P", "W")}
@@ -390,6 +398,14 @@ def test_a_slide_that_follows_the_rate_is_not_taken_for_the_size():
 def test_a_position_in_place_of_the_rate_is_told(unit, told):
     with pytest.raises(ValueError, match=f"{told}.*numpy.gradient"):
         hwsim.Log.read(cycle(), **CYCLE | {"command_rate": ("pos", unit)})
+
+
+def test_a_rate_that_rises_with_the_size_is_no_position():
+    """Steps of a stand from 10 to 40 um/s, called mm/min."""
+    rate = np.repeat([10.0, 20.0, 30.0, 40.0], 60)
+    table = cycle().assign(v=rate, x=np.concatenate([[0.0], np.cumsum(0.05 * rate)[:-1]]))
+    with pytest.raises(ValueError, match="size must follow command_rate"):
+        hwsim.Log.read(table, **CYCLE | {"command_rate": ("v", "um/min")})
 
 
 def test_a_decimal_comma_in_a_table_is_told():

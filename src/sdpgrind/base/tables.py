@@ -11,6 +11,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.table import DIFFERENCES
 
 
 def table_of(data: Any, tier: str) -> tuple[Any, bool]:
@@ -66,7 +67,8 @@ def cells_of(table: Any, name: str, unit: str) -> Any:
         column = table[name]
     except (KeyError, IndexError):
         held = ", ".join(map(str, table)) or "nothing"
-        raise ValueError(f"data must hold {checks.with_unit(name, unit)}; it holds {held}") from None
+        more = f"; {DIFFERENCES[name]}" if name in DIFFERENCES else ""
+        raise ValueError(f"data must hold {checks.with_unit(name, unit)}; it holds {held}{more}") from None
     given = getattr(column, "attrs", {}).get("units", unit)
     # A pure number made of other columns keeps their units in xarray.
     if unit not in ("", "1") and _bare(given) != _bare(unit):

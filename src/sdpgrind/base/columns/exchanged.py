@@ -11,6 +11,7 @@ from sdpgrind.base.columns.table import TEXT, quantity_of
 
 _ALIKE, _UNLIKE = 0.9, 0.8  # chosen: correlations; an exchanged cycle with spark-out gave 0.946 and -0.80
 _LEVELS = 4  # chosen: a gauge has so many times the levels of its command
+_UNITS = (1.0, 1000.0, 0.001, 25.4, 1 / 25.4, 2.0, 0.5)  # derived: mm, um, inches, the diameter
 _PER = (1.0, 1 / 60, 1000.0, 1000 / 60)  # derived: mm or um over mm/s or mm/min
 
 
@@ -64,7 +65,9 @@ def follower(
     """
     for way, rate, ratio in PAIRS:
         fault = next((one for one in faults if one.first == way), None)
-        for name in () if fault is None else each[0][1]:
+        if fault is None:
+            continue
+        for name in each[0][1]:
             if name == column(rate, set(each[0][1])) or quantity_of(name).unit in ("mm", TEXT):
                 continue
             by = factors[way] / factors[name]
@@ -85,20 +88,20 @@ def _follows(time: Floats, way: Floats, other: Floats, rate: Floats, ratio: Rati
     return LEAST <= ratio(time, other, rate) <= MOST
 
 
-def is_position(fault: Contradiction, each: Parts) -> bool:
-    """Whether a way grows in step with its rate: a position was given for the rate."""
-    told = [
-        _rises(columns[fault.second])
-        and abs(_alike_known(columns[fault.first], columns[fault.second])) >= _ALIKE
-        for _, columns in each
-    ]
+def is_position(fault: Contradiction, each: Parts, factors: dict[str, float]) -> bool:
+    """Whether a way grows with its rate, and as far in some unit: a position was given for it."""
+    by = factors[fault.second] / factors[fault.first]
+    told = [_goes_along(columns[fault.first], columns[fault.second], by) for _, columns in each]
     return fault.times == fault.times and sum(told) > len(told) / 2
 
 
-def _rises(rate: Floats) -> bool:
-    """Whether a rate only rises, and more than once."""
-    known = rate[np.isfinite(rate)]
-    return bool(np.all(np.diff(known) >= 0)) and np.unique(known).size >= _LEVELS
+def _goes_along(way: Floats, rate: Floats, by: float) -> bool:
+    """Whether two columns grow alike and, in mm, um or inches, of radius or diameter, as far."""
+    known = np.isfinite(way) & np.isfinite(rate)
+    if not _alike_known(way, rate) >= _ALIKE or np.unique(rate[known]).size < _LEVELS:
+        return False
+    share = float(np.ptp(way[known]) / np.ptp(rate[known])) * by
+    return any(LEAST <= share * unit <= MOST for unit in _UNITS)
 
 
 def _alike_known(one: Floats, other: Floats) -> float:

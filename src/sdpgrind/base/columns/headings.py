@@ -8,6 +8,8 @@ from sdpgrind.base.columns import cells
 from sdpgrind.base.columns.guess import TextGuess
 from sdpgrind.base.columns.sheet import ColumnHead, heading, is_unit, unit_of
 
+_OTHERS = " ,;"
+"""Ends of names: separators of the line of names that are not those of the data."""
 _COMMENT = re.compile(r"^(?:#+ *|(?:%+|//) +)")
 
 
@@ -62,6 +64,7 @@ def _names(line: str, guess: TextGuess) -> list[str] | None:
     named = [cell.strip() for cell in cells.split(line, guess.separator)]
     if guess.separator == " " and len(named) > guess.width:
         named = _joined(line, guess.width)
+    named = [cell.rstrip(_OTHERS) for cell in named]
     if len(named) == guess.width + 1 and named[-1].lower() in ("", "comment"):
         named = named[:-1]
     if len(named) == guess.width - 1 and all(guess.kinds[k][-1] == "e" for k in guess.run):

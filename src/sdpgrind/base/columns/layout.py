@@ -118,7 +118,7 @@ def _readings(guess: TextGuess) -> str:
 def _two_layouts(file: str, lines: Sequence[str], one: TextGuess, other: TextGuess) -> ValueError:
     """Refusal of a text that two separators read, each with names for all columns."""
     calls = [
-        f"hwsim.Log.read(pandas.read_csv({file!r}, sep={each.separator.replace(' ', '[ ]+')!r},"
+        f"read(pandas.read_csv({file!r}, sep={each.separator.replace(' ', '[ ]+')!r},"
         f" decimal={each.decimal!r}), ...)"
         for each in (one, other)
     ]
@@ -170,7 +170,7 @@ def _refuse_two_meanings(file: str, best: TextGuess, twin: TextGuess | None) -> 
     sign = best.decimal
     separator = best.separator.replace(" ", "[ ]+")
     calls = [
-        f"hwsim.Log.read(pandas.read_csv({file!r}, sep={separator!r}, decimal={each.decimal!r},"
+        f"read(pandas.read_csv({file!r}, sep={separator!r}, decimal={each.decimal!r},"
         f" thousands={other.decimal!r}), ...)"
         for each, other in ((best, twin), (twin, best))
     ]

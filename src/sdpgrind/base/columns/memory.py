@@ -1,14 +1,26 @@
 """Tables in memory as sheets: mappings of arrays, pandas, xarray, and what has ``__dataframe__``."""
 
+import dataclasses
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.columns.sheet import Column, ColumnHead, Sheet, as_column, heading, too_long, unit_of
+from sdpgrind.base.columns.sheet import (
+    Column,
+    ColumnHead,
+    Sheet,
+    as_column,
+    heading,
+    is_unit,
+    too_long,
+    unit_of,
+)
 
+_UNNAMED = "Unnamed: "
+"""Beginning of the name that pandas gives an empty cell; source: its documentation."""
 _KINDS = "a path, a list of paths, a pandas.DataFrame, an xarray.Dataset or a mapping of arrays"
 
 
@@ -17,11 +29,11 @@ def sheet(data: Any) -> Sheet:
     if hasattr(data, "data_vars"):
         return _made("the dataset", _of_dataset(data))
     if hasattr(data, "iloc") and hasattr(data, "columns"):
-        return _made("the table", _of_frame(data))
+        return _of_table(data)
     if isinstance(data, Mapping):
         return _made("the mapping", [(heading(name), values) for name, values in data.items()])
     if hasattr(data, "__dataframe__"):
-        return _made("the table", _of_frame(_as_frame(data)))
+        return _of_table(_as_frame(data))
     raise TypeError(f"data must be {_KINDS}; got {checks.shown(data)}")
 
 
@@ -59,11 +71,49 @@ def _plain(values: Any) -> Any:
     return getattr(values, "values", values)
 
 
-def _of_frame(frame: Any) -> list[tuple[ColumnHead, Any]]:
+def _of_table(frame: Any) -> Sheet:
+    """Sheet of a DataFrame; a row of units below the names is none of its rows."""
+    units = _unit_row(frame)
+    if units is None:
+        return _made("the table", _of_frame(frame))
+    made = _made("the table", _of_frame(frame.iloc[1:], units))
+    return dataclasses.replace(made, place=lambda row: f"row {row + 2}")
+
+
+def _of_frame(frame: Any, units: Sequence[str | None] | None = None) -> list[tuple[ColumnHead, Any]]:
     """Columns of a DataFrame, and its index where that has a name."""
     index = [] if frame.index.name is None else [(heading(frame.index.name), frame.index.to_series())]
     columns = [(name, frame.iloc[:, k]) for k, name in enumerate(frame.columns)]
+    if units is None and (levels := _two_levels(frame)) is not None:
+        columns, units = [(name[0], each) for name, each in columns], levels
+    if units is not None:
+        told = zip(columns, units, strict=True)
+        return index + [(heading(name, unit, "unit row"), each) for (name, each), unit in told]
     return index + [(heading(name, _unit(each.attrs), "attribute"), each) for name, each in columns]
+
+
+def _unit_row(frame: Any) -> list[str | None] | None:
+    """Units in the first row, as a sheet read without its second line of names has them; None: it is data."""
+    if len(frame) < 2 or any(getattr(kind, "kind", "O") in "biufcmM" for kind in frame.dtypes):
+        return None
+    return _units([None if cell is None or cell != cell else cell for cell in frame.iloc[0].tolist()])
+
+
+def _two_levels(frame: Any) -> list[str | None] | None:
+    """Units in the second level of the names, as pandas' ``header=[2, 3]`` gives them; None: it has none."""
+    if getattr(frame.columns, "nlevels", 1) != 2:
+        return None
+    named = (str(name[1]) for name in frame.columns)
+    return _units([None if name.startswith(_UNNAMED) else name for name in named])
+
+
+def _units(cells: Sequence[Any]) -> list[str | None] | None:
+    """Units of cells if all that are not empty are such, and one is that of no pure number."""
+    found = [cell for cell in cells if cell is not None]
+    if not all(isinstance(cell, str) and is_unit(cell) for cell in found):
+        return None
+    told = [None if cell is None else unit_of(cell) for cell in cells]
+    return told if set(told) - {None, "1"} else None
 
 
 def _of_dataset(data: Any) -> list[tuple[ColumnHead, Any]]:

@@ -96,7 +96,8 @@ def _of_file(path: Path, rules: Rules) -> tuple[bytes, list[Sheet]]:
     ending = path.suffix.lower()
     if ending in _SPREADSHEETS:
         raise ValueError(
-            f"{path.name} is a spreadsheet: hwsim.Log.read(pandas.read_excel({str(path)!r}), ...)"
+            f"{path.name} is a spreadsheet: read(pandas.read_excel({str(path)!r}), ...), which openpyxl opens"
+            " (pip install openpyxl); names in row 3 and units in row 4 are header=[2, 3]"
         )
     if ending not in ENDINGS:
         raise ValueError(f"data must end in one of {', '.join(ENDINGS)}; got {str(path)!r}")
@@ -218,7 +219,7 @@ def _refuse_mistakes(
     if (doubt := removal_doubt(columns, bounds)) is not None:
         warn(f"{where}: {doubt}")
     for fault in faults:
-        if is_position(fault, parts):
+        if is_position(fault, parts, factors):
             raise ValueError(
                 f"{where}: {bounds[fault.second].request.name} must be a rate; it rises with {fault.first} as"
                 f" a position does: {POSITION} (plausible=False takes it as it is)"

@@ -79,11 +79,13 @@ def one_a_time(block: PartRows, duplicates: str) -> PartRows:
         return block
     if duplicates == "refuse":
         k, step = int(np.argmax(again)), _even_step(block)
-        even = f"period={step:.3g} (s) instead of time=, if the rows are evenly spaced, or " if step else ""
+        told = 'duplicates="first", "last" or "mean", or "keep" for the rows of motions'
+        if step:  # of a row for each tick the times would be those of the ticks
+            even = f"period={step:.3g} (s) instead of time=, if the rows are evenly spaced"
+            told = f'{even}, or duplicates="keep" for the rows of motions'
         raise ValueError(
             f"{block.where}: time must rise from row to row (s); {float(block.time[k])!r} stands in"
-            f" {block.at(k)} and, with other values, in {block.at(k + 1)}:"
-            f' {even}duplicates="first", "last" or "mean", or "keep" for the rows of motions'
+            f" {block.at(k)} and, with other values, in {block.at(k + 1)}: {told}"
         )
     first = np.flatnonzero(np.concatenate([[True], ~again]))
     if duplicates == "mean":
@@ -98,13 +100,16 @@ def warn_of_most(blocks: Sequence[PartRows], duplicates: str) -> None:
     if duplicates == "keep" or not coarse:
         return
     rows, steps = sum(block.time.size for block in coarse), [*filter(None, map(_even_step, coarse))]
-    kept = sum(np.unique(block.time).size for block in coarse)
-    more = (
-        f"; if the rows are evenly spaced, period={np.median(steps):.3g} (s) instead of time= keeps them all"
-    )
+    times, more = [np.unique(block.time) for block in coarse], ""
+    if steps:
+        tick = max(float(np.median(np.diff(each))) for each in times if each.size > 1)
+        more = (
+            f", which are known to {tick:.3g} s alone; if the rows are evenly spaced,"
+            f" period={np.median(steps):.3g} (s) instead of time= keeps them all"
+        )
     warn(
-        f"{coarse[0].where}: duplicates={duplicates!r} leaves {kept} of {rows} rows, as the others stand at"
-        f" the same times{more * bool(steps)}"
+        f"{coarse[0].where}: duplicates={duplicates!r} leaves {sum(map(len, times))} of {rows} rows, as the"
+        f" others stand at the same times{more}"
     )
 
 

@@ -120,7 +120,7 @@ def too_long(file: str, rows: int) -> None:
     if rows > ROWS_MAX:
         raise ValueError(
             f"{file} must have at most {ROWS_MAX:.0e} rows; got {rows}: read a piece of it, "
-            f"hwsim.Log.read(pandas.read_csv({file!r}, nrows={ROWS_MAX // 10}), ...), or every n-th row"
+            f"read(pandas.read_csv({file!r}, nrows={ROWS_MAX // 10}), ...), or every n-th row"
         )
 
 

@@ -1,6 +1,7 @@
 """Table of what is measured and commanded: unit, and the range that a machine can mean."""
 
 import difflib
+import re
 from math import inf
 from typing import NamedTuple
 
@@ -73,6 +74,13 @@ _UNITS = {
     " finished feed_override start stop dullness dressing_state",
     TEXT: "pattern section",
 }
+_FIRST = (  # chosen: one or two of each kind of file
+    "size command_rate infeed_rate grinding_power normal_force tangential_force feed_rate cut_depth"
+    " removal_rate roughness_ra reading deviation"
+)
+DIFFERENCES = {"cut_depth": "cut_depth is the height before a pass less the height after it"}
+"""What makes a quantity of others that files have in its place."""
+_HEIGHTS = re.compile(r"height.*(before|after|start|end)|(before|after).*height")
 _CLOSE = 0.7  # chosen: likeness of a name that is suggested; "groesse" is less like "roughness_ra"
 KNOWN = _RANGES | {name: Meant(unit) for unit, names in _UNITS.items() for name in names.split()}
 """Name -> unit and range of what files may hold."""
@@ -94,10 +102,20 @@ def _ending_in(name: str) -> list[str]:
 
 
 def quantity_of(name: str) -> Meant:
-    """Return unit and range of a name or ``<name>_command``; another is refused with the nearest one."""
+    """Return unit and range of a name or ``<name>_command``; another is refused with the nearest ones."""
     found = KNOWN.get(name) or KNOWN.get(bare(name))
     if found is None:
-        close = difflib.get_close_matches(bare(name), KNOWN, 1, _CLOSE) or _ending_in(bare(name))
-        hint = f"is {' or '.join(close)} meant?" if close else f"known are {', '.join(sorted(KNOWN))}"
-        raise ValueError(f"{name} must be a quantity of the library or <quantity>_command; {hint}")
+        raise ValueError(
+            f"{name} must be a quantity of the library or <quantity>_command; {_instead_of(bare(name))}"
+        )
     return found
+
+
+def _instead_of(name: str) -> str:
+    """What may be meant by a name that is not known: the nearest, else the first ones to think of."""
+    if _HEIGHTS.search(name):
+        return DIFFERENCES["cut_depth"]
+    if close := difflib.get_close_matches(name, KNOWN, 1, _CLOSE) or _ending_in(name):
+        return f"is {' or '.join(close)} meant?"
+    first = _FIRST.split()
+    return f"known are {', '.join(first)} and {len(KNOWN) - len(first)} more (documentation: Units and names)"

@@ -36,7 +36,7 @@ def sheets(file: str, raw: bytes, missing: Collection[str] = ()) -> list[Sheet]:
         raise ValueError(
             f"{file} must have a line of {frame.width} names above its data, which begin in line"
             f" {frame.first + 1}:"
-            f" hwsim.Log.read(pandas.read_csv({file!r}, header=None, names=[...]), ...)"
+            f" read(pandas.read_csv({file!r}, header=None, names=[...]), ...)"
         )
     _refuse_other_widths(text, frame)
 
@@ -73,7 +73,7 @@ def _refuse_words_below(text: Text, frame: Frame) -> None:
         raise ValueError(
             f"{text.file} must end with its rows where its first column names the parts; line"
             f" {frame.last + 1} begins with {row[0]!r}, as a line of sums may: take such lines away, or, if"
-            f" they are rows, hwsim.Log.read(pandas.read_csv({text.file!r}, {options}), ...)"
+            f" they are rows, read(pandas.read_csv({text.file!r}, {options}), ...)"
         )
 
 
