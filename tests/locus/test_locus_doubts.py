@@ -41,3 +41,69 @@ def test_a_hidden_state_that_was_not_measured_is_named():
     assert "data must hold wear_flat_area" in doubts["specific_energy"].note and not doubts.stakes
     with pytest.raises(ValueError, match="data must hold a response, grinding_power"):
         PROBLEM.doubts({"infeed_rate": RATE})
+
+
+def stretch(power, seed, sd=2.0, alike=0.5):
+    """Rows of a wheel that dulls, three rates and two rotations; noise of first order."""
+    step = np.arange(120)
+    read = {
+        "time": 0.5 * step,
+        "infeed_rate": np.array([0.006, 0.012, 0.018])[step // 40],
+        "work_rotation": np.array([10.0, 14.0])[step // 10 % 2],
+        "wear_flat_area": np.linspace(0.005, 0.0085, 120),
+    }
+    noise = np.random.default_rng(seed).standard_normal(120)
+    for k in range(1, 120):
+        noise[k] = alike * noise[k - 1] + (1 - alike**2) ** 0.5 * noise[k]
+    inputs = read["infeed_rate"], read["work_rotation"], read["wear_flat_area"]
+    return read | {"grinding_power": power(*inputs) + sd * noise}
+
+
+def test_a_pair_where_no_value_alone_explains_the_power():
+    """Each interval holds its truth at 95 %: all eight of two logs but once in three; six at the least."""
+    true = PROBLEM.model.replace(specific_energy=11.5, curvature_pressure=3.6e6)
+    truth = {"specific_energy": 11.5, "ploughing_force": 0.962, "pressure": 7.55, "curvature_pressure": 3.6e6}
+    held = 0
+    for seed in range(2):
+        doubts = PROBLEM.doubts(stretch(true.grinding_power, seed))
+        held += sum(doubts[name].low <= value <= doubts[name].high for name, value in truth.items())
+        assert doubts["pressure"].note == "specific_energy and curvature_pressure fitted along"
+        said = " ".join(doubts.sentences)
+        assert (
+            "No single value explains grinding_power: with curvature_pressure, the best, grinding_power"
+            in said
+        )
+        assert "specific_energy and curvature_pressure together do (sd of the rest" in said
+        assert '(locus.identify(log, ("specific_energy", "curvature_pressure"), problem=problem))' in said
+        assert "all others as believed" not in said
+    assert held >= 6
+
+
+def test_a_law_that_no_pair_follows():
+    """The power grows with the area alone, and with no rotation: nothing is told, and nothing advised."""
+    doubts = PROBLEM.doubts(stretch(lambda v, n, area: 19.3e3 * v + area * 13e3 + 268.0, 0, sd=1.0))
+    assert not any(row.measured for row in doubts.rows) and not doubts.stakes
+    assert doubts["curvature_pressure"].note.startswith("a model that follows the readings")
+    said = " ".join(doubts.sentences)
+    assert "Neither a single value nor a pair explains grinding_power: with" in said
+    assert "To plan with" not in said and "take another law" in said
+
+
+def test_pairs_that_the_readings_do_not_tell_apart():
+    """One setting, a level and its growth: chips or ploughing, and pressure or its growth with curvature."""
+    read = stretch(lambda v, n, area: 0.0 * v, 0, sd=0.0) | {"infeed_rate": np.full(120, 0.012)}
+    read["work_rotation"] = np.full(120, 10.0)
+    true = PROBLEM.model.replace(specific_energy=11.5, pressure=60.0)
+    read["grinding_power"] = true.grinding_power(
+        *(read[name] for name in ("infeed_rate", "work_rotation", "wear_flat_area"))
+    )
+    doubts = PROBLEM.doubts(read)
+    assert doubts["specific_energy"].told == pytest.approx(11.5) and doubts["pressure"].told == pytest.approx(
+        60.0
+    )
+    said = " ".join(doubts.sentences)
+    assert (
+        "Each of these pairs does: specific_energy and pressure; specific_energy and curvature_pressure;"
+        in said
+    )
+    assert "Of these pairs specific_energy and pressure explain it best" in said

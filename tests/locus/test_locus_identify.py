@@ -1,6 +1,7 @@
 """Fields of a model from its responses: against regressions of other kinds, from files, logs, and refused."""
 
 import dataclasses
+import re
 from typing import Any
 
 import numpy as np
@@ -104,6 +105,31 @@ def test_what_is_not_determined_is_named():
     assert found.message.endswith("(not determined: specific_energy, ploughing_force)")
     with pytest.raises(ValueError, match=r"\(not determined: u0\)"):
         locus.identify(one, ("width", "u0"), problem=GRINDING)
+
+
+def test_a_law_that_the_power_does_not_follow():
+    """Two values are off: the best with one of them is 2 % off its own truth, and 60 of its sd."""
+    data = cuts(noise=2.0, model=GRINDING.model.replace(specific_energy=11.5, curvature_pressure=3.6e6))
+    one = locus.identify(data, "curvature_pressure", problem=GRINDING, throw=False)
+    assert one.status is Status.MISFIT
+    assert re.match(
+        r"does not fit: grinding_power leaves an sd of .* W about .*, and its noise is [12]\.\d W:",
+        one.message,
+    )
+    with pytest.raises(ValueError, match="does not fit: grinding_power leaves"):
+        locus.identify(data, "curvature_pressure", problem=GRINDING)
+    with pytest.raises(ValueError, match="estimate must have succeeded; got 'does not fit"):
+        GRINDING.updated(one)
+    assert locus.identify(data, BOTH, problem=GRINDING).message == "grinding_power from 60 rows"
+
+
+def test_a_gauge_that_rounds_fits():
+    """Readings of two settings, all alike in steps of 5 W: what is left is the step's."""
+    data = cuts(noise=0.0) | {"infeed_rate": np.repeat([0.01, 0.015], 30), "work_rotation": np.full(60, 10.0)}
+    data["wear_flat_area"] = np.tile(np.linspace(0.005, 0.008, 30), 2)
+    power = GRINDING.model.grinding_power(data["infeed_rate"], data["work_rotation"], data["wear_flat_area"])
+    data["grinding_power"] = 5.0 * np.rint(power / 5.0)
+    assert locus.identify(data, "specific_energy", problem=GRINDING).ok
 
 
 class Steps:

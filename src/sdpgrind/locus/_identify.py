@@ -11,7 +11,10 @@ import numpy as np
 from sdpgrind import identify as idf
 from sdpgrind.base import checks, serial
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.doubts.gauge import step_of
+from sdpgrind.base.doubts.words import in_one_unit
 from sdpgrind.base.frozen import inside
+from sdpgrind.base.lack_of_fit import Rest, rest
 from sdpgrind.base.quantities import trusted, units_of
 from sdpgrind.base.tables import command_in, table_of
 from sdpgrind.locus._problem.problem import Problem
@@ -22,6 +25,7 @@ _SHARE = 1e-3  # chosen: component along an undetermined direction that names a 
 _SPARE = 3  # derived: readings beyond the values, for the variance and the correlation of the noise
 _ROUNDS = 2  # measured: fits with the noise of the responses; a third moves no interval by 1 %
 _EXACT = 1e-9  # chosen: least noise of a response over its size; less is rounding
+_WRONG = "other values are wrong, too, or the law is another; problem.doubts(data) tries pairs of values"
 
 
 def identify(
@@ -56,14 +60,17 @@ def identify(
     part : int, str or sequence of them, optional
         Numbers (unit 1) of the parts, or their words in the file. Default: all.
     throw : bool
-        Raise when the readings do not determine the fields, or no model can have them; else the status says
-        so.
+        Raise when the readings do not determine the fields, no model can have them, or the responses do not
+        follow the model with them; else the status says so.
 
     Returns
     -------
     Estimate
         Fields by name, in their units, with their covariance. A field is not determined, and named, where the
         readings move along it by less than 1e-6 of the most that they move, relative to the fields' values.
+        The model does not fit where a smooth surface over controls and hidden states takes more from the
+        residuals than noise gives it (F test, once in 1000), and the variance about the model exceeds that of
+        the noise by a quarter; then the covariance does not hold.
 
     Raises
     ------
@@ -232,6 +239,14 @@ class _ResponseFit:
             for (law, read), noise in zip(self.read, self.noises, strict=True)
         ]
 
+    def rests(self, values: Floats) -> Iterable[tuple[str, Rest | None]]:
+        """Yield the name of each response, and its rest at these values."""
+        for (law, read), noise in zip(self.read, self.noises, strict=True):
+            response, slopes = law.at(values, read)
+            inputs = np.array([read[name] for name in law.inputs])
+            least = max(step_of(read[law.name]) / np.sqrt(12), _EXACT * _size(read[law.name]))
+            yield law.name, rest(read[law.name] - response, slopes, inputs, noise.apart, least)
+
     @property
     def freedom(self) -> float:
         """Degrees of freedom of the response that has fewest."""
@@ -287,7 +302,20 @@ def _judged(found: idf.Estimate, fit: _ResponseFit, problem: Problem) -> idf.Est
         except ValueError as error:
             message = f"{idf.Status.IMPOSSIBLE} ({error})"
             return found.replace(status=idf.Status.IMPOSSIBLE, message=message)
+        if wrong := _misfit(found.value, fit, problem):
+            message = f"{idf.Status.MISFIT}: {wrong} ({told})"
+            return found.replace(status=idf.Status.MISFIT, message=message)
     return found
+
+
+def _misfit(values: Floats, fit: _ResponseFit, problem: Problem) -> str:
+    """What the fields leave of the responses beyond their noise; empty: nothing."""
+    told = []
+    for name, left in fit.rests(values):
+        if left is not None and not left.fits:
+            about, noise = in_one_unit((left.sd, left.noise_sd), problem.unit(name))
+            told.append(f"{name} leaves an sd of {about} about the model, and its noise is {noise}")
+    return f"{'; '.join(told)}: {_WRONG}" if told else ""
 
 
 def _loose(slopes: Floats) -> list[bool]:

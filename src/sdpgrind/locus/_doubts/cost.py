@@ -3,14 +3,16 @@
 import warnings
 from collections.abc import Sequence
 
-from sdpgrind.base.doubts.rows import Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
+from sdpgrind.identify import Estimate
 from sdpgrind.locus._curve.plan import plan
+from sdpgrind.locus._doubts.sets import FieldRow
 from sdpgrind.locus._problem.problem import Problem
 
 
-def of_plan(problem: Problem, rows: Sequence[Doubt]) -> tuple[Figure, tuple[Stake, ...]]:
+def of_plan(problem: Problem, told: Sequence[FieldRow]) -> tuple[Figure, tuple[Stake, ...]]:
     """Return the least cost as believed, in its unit, and at the ends of each interval."""
+    estimates = {each.row.name: each.estimate for each in told if each.estimate is not None and each.fits}
     middle = {name: 0.5 * (low + high) for name, (low, high) in problem.hidden.items()}
     where = ", ".join(f"{name} {value:.4g}" for name, value in middle.items())
     figure = Figure(
@@ -18,9 +20,18 @@ def of_plan(problem: Problem, rows: Sequence[Doubt]) -> tuple[Figure, tuple[Stak
     )
 
     def solved(name: str, value: float) -> float:
-        return _cost(problem.replace(model=problem.model.replace(**{name: value})), middle)
+        changed = _moved(estimates[name], name, value)
+        return _cost(problem.replace(model=problem.model.replace(**changed)), middle)
 
-    return figure, stakes(rows, figure, solved)
+    return figure, stakes([each.row for each in told], figure, solved)
+
+
+def _moved(estimate: Estimate, name: str, value: float) -> dict[str, float]:
+    """Values of the fields with one at the end of its interval, and those fitted along as it goes there."""
+    k = estimate.names.index(name)
+    shares = estimate.covariance[k] / (estimate.covariance[k, k] or 1.0)
+    moved = estimate.value + shares * (value - estimate.value[k])
+    return dict(zip(estimate.names, moved.tolist(), strict=True)) | {name: value}
 
 
 def _cost(problem: Problem, middle: dict[str, float]) -> float:

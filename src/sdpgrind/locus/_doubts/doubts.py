@@ -1,23 +1,25 @@
 """Doubts about the model of a locus: each of its fields against the measured responses."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.doubts import gauge
-from sdpgrind.base.doubts.advice import to_plan_with
 from sdpgrind.base.doubts.assumed import reader_of
 from sdpgrind.base.doubts.record import Doubts
-from sdpgrind.base.doubts.rows import Doubt, compared, numbers, untold
+from sdpgrind.base.doubts.rows import compared, numbers, untold
 from sdpgrind.base.doubts.words import amount
 from sdpgrind.base.tables import command_in, table_of
 from sdpgrind.identify import Estimate, Status
-from sdpgrind.locus._doubts import cost
+from sdpgrind.locus._doubts import cost, sets
+from sdpgrind.locus._doubts.sets import FieldRow
 from sdpgrind.locus._identify import identify
 from sdpgrind.locus._problem.problem import Problem
 
 _FACTS = ("wheel_diameter", "work_diameter", "width", "wheel_speed")
 _FACT = "the drawing or the machine; responses show it only mixed with the coefficients"
+_EXACT = 1e-9  # chosen: rest of a response over its size; less is rounding
 _UNMOVED = "another response: those that were measured do not depend on it"
 
 
@@ -28,12 +30,14 @@ def doubts(problem: Problem, data: Any) -> Doubts:
     if not measured:
         known, held = ", ".join(problem.responses), ", ".join(map(str, table)) or "nothing"
         raise ValueError(f"data must hold a response, {known}; they hold {held}")
-    found = [_row(problem, data, *each) for each in numbers(problem.model)]
-    rows = [row for row, _ in found]
+    alone = [_row(problem, data, *each) for each in numbers(problem.model)]
+    by = _explaining(problem, data, alone, table[measured[0]]) if len(measured) == 1 else []
+    found = [sets.told_along(each, by, lambda names: _identified(problem, data, names)) for each in alone]
+    rows = [each.row for each in found]
     reader = reader_of(data, table)
-    figure, stakes = cost.of_plan(problem, rows)
+    figure, stakes = cost.of_plan(problem, found)
     sentences = [
-        *_best(problem, found, measured),
+        *_explained(problem, alone, by, measured),
         *_readings(problem, table, measured),
         *_ranges(problem, table),
     ]
@@ -41,37 +45,38 @@ def doubts(problem: Problem, data: Any) -> Doubts:
     return Doubts(subject, (*rows, *reader.rows), sentences, None, figure, stakes)
 
 
-def _row(problem: Problem, data: Any, name: str, unit: str, believed: float) -> tuple[Doubt, Estimate | None]:
+def _row(problem: Problem, data: Any, name: str, unit: str, believed: float) -> FieldRow:
     """Row of one field, all others as believed, and its estimate."""
     if name in _FACTS:
-        return untold(name, unit, believed, _FACT), None
+        return FieldRow(untold(name, unit, believed, _FACT))
     try:
-        estimate = identify(data, name, problem=problem, throw=False)
+        estimate = _identified(problem, data, (name,))
     except ValueError as error:
-        return untold(name, unit, believed, str(error)), None
+        return FieldRow(untold(name, unit, believed, str(error)))
     row = compared(estimate, name, believed, note="all others as believed")
     loose = estimate.status is Status.UNDETERMINED
-    return (row._replace(note=_UNMOVED) if loose else row), estimate
+    return FieldRow(row._replace(note=_UNMOVED) if loose else row, estimate)
 
 
-def _best(problem: Problem, found: list[tuple[Doubt, Estimate | None]], measured: list[str]) -> list[str]:
-    """Sentences on what the intervals rest on, and on the field that explains the readings best."""
-    told = [(row, estimate) for row, estimate in found if row.measured and estimate is not None]
-    if not told:
-        return []
-    words = [
-        "Each value is told with all others as believed, so one wrong value makes several differ: take over"
-        " one, not all."
-    ]
-    differ = [each for each in told if each[0].verdict == "differs"]
-    if not differ or len(measured) != 1:
-        return words
-    row, estimate = min(differ, key=lambda each: each[1].noise_sd)
-    left = amount(estimate.noise_sd, problem.unit(measured[0]))
-    words.append(
-        f"Of those that differ, {row.name} alone explains {measured[0]} best (sd of the rest {left})."
-    )
-    return words + to_plan_with([f'locus.identify(log, "{row.name}", problem=problem)'])
+def _identified(problem: Problem, data: Any, names: Sequence[str]) -> Estimate:
+    return identify(data, names, problem=problem, throw=False)
+
+
+def _explaining(problem: Problem, data: Any, alone: Sequence[FieldRow], response: Any) -> list[Estimate]:
+    """Estimates that follow the only response that was measured."""
+    least = _EXACT * float(np.nanmax(np.abs(np.asarray(response, dtype=float)), initial=0.0))
+    return sets.explaining(alone, lambda names: _identified(problem, data, names), least)
+
+
+def _explained(
+    problem: Problem, alone: Sequence[FieldRow], by: Sequence[Estimate], measured: Sequence[str]
+) -> list[str]:
+    """Sentences on what the intervals rest on, and on the values that explain the readings."""
+    if len(measured) == 1:
+        return sets.sentences(alone, by, measured[0], problem.unit(measured[0]))
+    if any(each.fits and each.row.measured for each in alone):
+        return [sets.AS_BELIEVED]
+    return sets.none_of(alone, f"No single value explains {' and '.join(measured)}")
 
 
 def _readings(problem: Problem, table: Any, measured: list[str]) -> list[str]:

@@ -184,7 +184,8 @@ class Problem(Described):
         """Return what measured responses say about the model of this problem, and what they do not.
 
         Each number of the model with its interval, all others as believed; the least cost at the middle of
-        the hidden states, planned again at both ends of each interval.
+        the hidden states, planned again at both ends of each interval. Where the responses do not follow the
+        model with one number changed, the numbers that explain them best are fitted along: one, or a pair.
 
         Parameters
         ----------

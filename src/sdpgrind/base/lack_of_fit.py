@@ -1,0 +1,113 @@
+"""Lack of fit: the rest of a model against the noise that readings at like conditions show."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import fdtrc
+
+from sdpgrind.base import serial
+from sdpgrind.base.checks import Floats
+
+_RARELY = 1e-3  # chosen: probability by which noise alone is a lack of fit
+_WORSE = (
+    1.25  # chosen, as for a machine: variance about the model over that of the noise; less does not matter
+)
+_ALIKE = 1e-6  # chosen: singular value of unit columns, over the greatest; less is rounding
+_WIDER = 2.0  # derived: standard errors of the correlation at the ends of its 95 % interval
+_EACH = 3  # chosen: readings for each term of a surface of second order; of fewer one of first order
+_SPARE = 3  # derived: readings beyond all terms, for the variance and the correlation of the noise
+_ROUNDS = 2  # chosen: fits with a new correlation, as of every fit with noise of first order
+
+
+class Rest(NamedTuple):
+    """Standard deviations about the model and of the noise; probability of such a rest by noise alone."""
+
+    sd: float
+    noise_sd: float
+    chance: float
+
+    @property
+    def fits(self) -> bool:
+        """Whether noise explains the rest, or all of it but a small part."""
+        return self.chance >= _RARELY or self.sd**2 <= _WORSE * self.noise_sd**2
+
+
+def rest(residual: Floats, slopes: Floats, inputs: Floats, apart: Floats, least: float) -> Rest | None:
+    """Return the rest of a fit against a smooth surface over the inputs; None: too few readings.
+
+    What such a surface takes from the residuals depends on the inputs and is no noise (F test). The noise is
+    of first order, with the correlation that it has about the surface, at both ends of its 95 % interval: too
+    small a correlation makes the noise a slow change of the inputs, too great a one a fast change.
+
+    Parameters
+    ----------
+    residual : array, shape (n,)
+        Readings minus responses, in their order of time.
+    slopes : array, shape (n, p)
+        Slopes of the residuals by the fitted values.
+    inputs : array, shape (m, n)
+        Quantities on which the response depends.
+    apart : array, shape (n,)
+        Steps before each reading, as `serial.gaps` gives them.
+    least : float
+        Least standard deviation of the noise: what a gauge rounds.
+    """
+    own, both = _unit(slopes), np.hstack([_unit(slopes), _surface(inputs)])
+    if residual.size < _rank(both) + _SPARE:
+        return None
+    left, rho = residual, 0.0
+    for _ in range(_ROUNDS):
+        left = residual - both @ _solved(serial.filtered(both.T, rho, apart).T, residual, rho, apart)
+        rho = serial.correlation(left, _rank(both), apart)
+    noise = max(float(left @ left) / (residual.size - _rank(both)), least**2)
+    about = float(residual @ residual) / max(residual.size - _rank(own), 1)
+    off = _WIDER * float(np.sqrt((1 - rho**2) / residual.size))
+    ends = max(rho - off, 0.0), min(rho + off, serial.MOST)
+    chance = max(_chance(residual, own, both, (end, apart, least)) for end in ends)
+    return Rest(about**0.5, noise**0.5, chance)
+
+
+def _chance(residual: Floats, own: Floats, both: Floats, noise: tuple[float, Floats, float]) -> float:
+    """Probability that noise alone gives the surface as much of the squares."""
+    rho, apart, least = noise
+    white = serial.filtered(residual, rho, apart)
+    (without, few), (with_it, many) = (
+        _square(white, serial.filtered(rows.T, rho, apart).T) for rows in (own, both)
+    )
+    if many == few:
+        return 1.0
+    free = white.size - many
+    variance = max(with_it / free, (1 - rho**2) * least**2)
+    if variance == 0.0:
+        return 1.0 if without == 0.0 else 0.0
+    return float(fdtrc(many - few, free, (without - with_it) / (many - few) / variance))
+
+
+def _surface(inputs: Floats) -> Floats:
+    """Terms up to the second order of what changes, shape (n, terms); up to the first for few readings."""
+    off = inputs - inputs.mean(axis=1, keepdims=True)
+    moved = off[np.ptp(inputs, axis=1) > _ALIKE * np.abs(inputs).max(axis=1)]
+    first = [np.ones(inputs.shape[1]), *_unit(moved.T).T]
+    second = [one * other for k, one in enumerate(first[1:], 1) for other in first[k:]]
+    enough = inputs.shape[1] >= _EACH * (len(first) + len(second))
+    return _unit(np.array(first + second * enough).T)
+
+
+def _unit(columns: Floats) -> Floats:
+    length = np.sqrt(np.sum(columns**2, axis=0))
+    return np.asarray(columns / np.where(length > 0, length, 1.0))
+
+
+def _rank(columns: Floats) -> int:
+    return int(np.linalg.matrix_rank(columns, rtol=_ALIKE)) if columns.any() else 0
+
+
+def _solved(white: Floats, residual: Floats, rho: float, apart: Floats) -> Floats:
+    return np.asarray(np.linalg.lstsq(white, serial.filtered(residual, rho, apart), rcond=_ALIKE)[0])
+
+
+def _square(white: Floats, columns: Floats) -> tuple[float, int]:
+    """Sum of squares that the columns leave, and their rank."""
+    u, s, _ = np.linalg.svd(_unit(columns), full_matrices=False)
+    basis = u[:, s > _ALIKE * s[0]]
+    return float(np.sum((white - basis @ (basis.T @ white)) ** 2)), basis.shape[1]
