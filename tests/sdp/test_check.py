@@ -80,6 +80,10 @@ WRONG = {
         ring(lambda s, c, e: (s.x * np.nan,)),
         "move 'push': step must give numbers (mm); got NaN for x",
     ),
+    "a charge of the next place that is no number": (
+        ring(charge=lambda s, c, n: np.where(n.x > 0.3, 1.0, np.nan)),
+        "move 'push': charge of the next coordinates must be a number ($); got NaN",
+    ),
     "a stop that is no number": (
         bead(stop=sdp.Stop("s", CHARGE, extra=lambda s: np.nan)),
         "stop 's': its charge must be a number everywhere ($); got NaN",

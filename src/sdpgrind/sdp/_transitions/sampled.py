@@ -193,7 +193,11 @@ def masked(
         np.where(allowed, np.broadcast_to(x, shape), axis.low)
         for axis, x in zip(menu.grid.axes, after, strict=True)
     )
-    return inside, np.where(allowed, np.broadcast_to(extra, shape), 0.0)
+    charge = np.where(allowed, np.broadcast_to(extra, shape), 0.0)
+    if np.any(np.isnan(charge)):  # which would never be chosen, in silence
+        name = menu.move.name
+        raise ValueError(f"move {name!r}: charge of the next coordinates must be a number ($); got NaN")
+    return inside, charge
 
 
 def land(menu: Menu, after: tuple[Floats, ...]) -> Landing:
