@@ -307,6 +307,8 @@ class FinishingProblem(Described):
     def updated(self, estimate: Estimate) -> Self:
         """Return the problem with a roughness model learned from measurements.
 
+        The ranges of the model stay, mm and N; `doubts` offers the call with those of the readings.
+
         Parameters
         ----------
         estimate : Estimate
