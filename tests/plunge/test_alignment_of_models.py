@@ -5,6 +5,8 @@ import pytest
 from cycle_readings import EXPERIMENT, NOMINAL
 from scipy.integrate import solve_ivp
 
+from sdpgrind import plunge
+
 STEP = 0.05
 TIME = STEP * np.arange(349)
 RATE = np.select([TIME < 6.4 - 1e-9, TIME < 9.4 - 1e-9], [0.0448, 0.01], 0.0)
@@ -48,3 +50,15 @@ def test_a_linear_lag_that_does_not_fit_tells_no_alignment(clean):
     assert {doubts.alignment for doubts in said} == {"not sure"}
     words = "neither confirm nor reject: the law of the model fits them with no alignment"
     assert any(words in doubts.sentences[0] for doubts in said)
+
+
+@pytest.mark.parametrize("what", ["contact_zero", "normal_force_ratio", "time_constant"])
+def test_a_value_that_rests_on_a_deflection_that_does_not_fit_says_so(clean, what):
+    """As `doubts` does: noise of 0.5 um, a linear lag of 1.9 s; of 60 files each all, and none of the model's own."""
+    words = "a linear lag fits the sizes better than the deflection of the model"
+    infeed, pole, lag = np.append(0.0, np.cumsum(RATE[:-1])) * STEP, np.exp(-STEP / 1.9), [0.0]
+    for rate in RATE[:-1]:
+        lag.append(pole * lag[-1] + rate * 1.9 * (1 - pole))
+    for sizes, said in ((clean, False), (infeed - np.array(lag), True)):
+        fit = plunge.identify(recorded(sizes, "begin", 0), what, problem=NOMINAL)
+        assert fit.ok and (words in fit.message) == said

@@ -11,8 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind import identify as idf
+from sdpgrind.base import serial
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.doubts.alignment import preferred
 from sdpgrind.plunge._identify import rounding
+from sdpgrind.plunge._identify import time_constant as lag
 from sdpgrind.plunge._identify.cycles import Cycle, concluded, fault, not_identified
 from sdpgrind.plunge._identify.time_constant import FAINT
 from sdpgrind.plunge._model.model import PlungeModel
@@ -22,6 +25,10 @@ from sdpgrind.plunge._plan.replay_kernels import deflections
 
 CONTACT, RATIO, TAU = ("contact_zero", "mm"), ("normal_force_ratio", "1"), ("time_constant", "s")
 SCALES = (0.1, 10.0)  # chosen: range of the deflection relative to the model
+_MISFIT = (
+    "a linear lag fits the sizes better than the deflection of the model, on which this rests; without a"
+    " problem, 'time_constant' is that of the linear lag"
+)
 _FIRST = 3  # chosen: readings of the first guess of the offset; of more the part has moved
 _KEPT = 8  # chosen: courses kept, as another offset needs none and differences come back to the middle
 _STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
@@ -109,7 +116,19 @@ def _value_of_fit(
         units=name[1:],
         freedom=fit.freedom,
     )
-    return concluded(found, FAINT) if which == 1 else _reached(found, float(cycle.infeed[-1]))
+    told = concluded(found, FAINT) if which == 1 else _reached(found, float(cycle.infeed[-1]))
+    return told.replace(message=_MISFIT) if told.ok and _linear(cycle, problem.model, fit) else told
+
+
+def _linear(cycle: Cycle, model: PlungeModel, fit: idf.Estimate) -> bool:
+    """Whether a linear lag fits the sizes better than the deflection of the model, beyond chance."""
+    if model.linear_time_constant is not None:
+        return False
+    straight, time = lag.fitted(cycle), cycle.time[cycle.read]
+    rho = min(fit, straight, key=lambda each: each.noise_sd).noise_correlation
+    each = residual(cycle, model, fit.value), lag.residual(cycle, straight.value)
+    bent, even = (np.sum(serial.filtered(e, rho, serial.gaps(time, time.size)) ** 2) for e in each)
+    return preferred({"model": float(bent), "linear": float(even)}, time.size).preferred == "linear"
 
 
 def _reached(zero: idf.Estimate, infeed: float) -> idf.Estimate:
