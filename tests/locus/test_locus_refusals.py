@@ -2,6 +2,7 @@
 
 import functools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -209,13 +210,35 @@ def test_costs_that_single_out_nothing():
         ),
         (
             made(response=lambda s, c: 3 + s.x + c.u),
-            "constraints must leave a feasible point at some hidden state; none was found over x = 0 to 1",
+            "constraints must leave a feasible point at some hidden state; none was found over x = 0 to 1;"
+            " nearest is u = 0, v = 0 and x = 0, where response is 3.00 above its limit of 0",
         ),
     ],
 )
 def test_plans_that_cannot_be(given, told):
     with pytest.raises(ValueError, match=told):
         locus.plan(given)
+
+
+def test_a_narrow_small_work_and_the_heat_that_would_do():
+    """Ploughing alone burns it: by hand, at sharp flats and fast work; a plan is found with the B that is told, and with no less."""
+    process = locus.preset("grinding").model.replace(wheel_diameter=20.0, work_diameter=5.0, width=3.0, B=7.2)
+    ranges = {"controls": {"infeed_rate": (1e-4, 0.05), "work_rotation": (0.4, 63.0)}}
+    problem = locus.Problem(model=process, hidden={"wear_flat_area": (0.004, 0.0104)}, **ranges)
+    with pytest.raises(
+        ValueError, match=r"nearest is .* and wear_flat_area = 0.00400, where grinding_pow"
+    ) as told:
+        locus.plan(problem)
+    words = re.search(
+        r"infeed_rate = (\S+) µm/s, .* is (\S+) W above its limit of (\S+) W; B = (\S+) J", str(told.value)
+    )
+    rate, above, limit, heat = map(float, words.groups())
+    burning = process.burning_power(rate / 1e3, 63.0)
+    power = process.grinding_power(rate / 1e3, 63.0, 0.004)
+    assert (above, limit) == (pytest.approx(power - burning, rel=5e-3), pytest.approx(burning, rel=5e-3))
+    assert locus.plan(problem.replace(B=heat)).pieces
+    with pytest.raises(ValueError, match="none was found"):
+        locus.plan(problem.replace(B=0.98 * heat))
 
 
 def test_a_plan_is_of_a_problem():

@@ -4,7 +4,7 @@ import re
 
 _CALL = re.compile(r"units\.(\w+)\((\.\.\.|-?[\d.]+|\w+)\)")
 _HINT = re.compile(r"; (?:units\.\w+\([^)]*\)|multiply by [\d.]+)(?: for [^;()]+?)?(?=; | \(|$)")
-_USUAL = re.compile(r"must be in (\S+), some ([^\s;,]+)")
+_USUAL = re.compile(r"must be in (\S+), (some|up to) ([^\s;,]+)")
 _UNITS = {"hz": "Hz"}  # of conversions that are named otherwise; m_per_s is m/s
 
 
@@ -20,7 +20,7 @@ def _quantity(found: re.Match[str]) -> str:
 
 def as_given(message: str, text: str) -> str:
     """Return a message on a value whose `text` gives its own unit: no other unit was meant."""
-    bare = _USUAL.sub(r"must be some \2 \1", _HINT.sub("", message))
+    bare = _USUAL.sub(r"must be \2 \3 \1", _HINT.sub("", message))
     return f"{bare.rpartition('; got ')[0]}; got {text!r}"
 
 

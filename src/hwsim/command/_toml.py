@@ -109,7 +109,7 @@ class Table:
 
     def _as_written(self, message: str) -> str:
         """Message with a conversion that a file can hold; with none where the file itself gives the unit."""
-        return _in_words(message, self.entries.get(message.partition(" ")[0]))
+        return _in_words(message, _entry(self.entries, message.partition(" ")[0]))
 
     def one(self, cls: type[Made], *given: Any) -> Made:
         """Object of a described class from this table, after the arguments `given`."""
@@ -247,6 +247,13 @@ def _misread(told: str, text: str) -> str:
     written = text.split("\n")[int(place[2]) - 1].strip()  # as tomllib counts lines
     shown = written if len(written) <= _SHOWN else f"{written[:_SHOWN]}..."
     return f"line {place[2]}, {shown!r}: {what}"
+
+
+def _entry(entries: Mapping[str, Any], name: str) -> Any:
+    """Entry of that name, or of the only table with it; of a range its greatest, which is what is refused."""
+    within = [table[name] for table in entries.values() if isinstance(table, dict) and name in table]
+    given = entries.get(name, within[0] if len(within) == 1 else None)
+    return given[-1] if isinstance(given, list) and given else given
 
 
 def _in_words(message: str, given: Any) -> str:

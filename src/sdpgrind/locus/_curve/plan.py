@@ -9,6 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, ProgressOption, reporting
 from sdpgrind.locus._curve.area import Area
 from sdpgrind.locus._curve.locus import Locus
+from sdpgrind.locus._curve.nowhere import nearest
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.system import System, system_of
 from sdpgrind.locus._trace.cheapest import cheapest, is_degenerate
@@ -92,7 +93,7 @@ def _curve(problem: Problem, system: System, points: int, tell: Progress) -> Loc
         tracer = Tracer(system, np.zeros(1))
         branches, degenerate = tracer.branches(), True
     if not branches:
-        raise ValueError(_alike(problem) if degenerate else _nowhere(problem))
+        raise ValueError(_alike(problem) if degenerate else _nowhere(problem, system))
     tell(TRACED[1], "the table of the optima")
     runs = list(marked(tracer, branches))
     sizes = counts([run for run, _ in runs], points)
@@ -107,7 +108,7 @@ def _area(problem: Problem) -> Area:
         system = system_of(problem, tie=True)
         grid, _ = trace_grid(system)
     if not np.any(np.isfinite(grid.residual)):
-        raise ValueError(_nowhere(problem))
+        raise ValueError(_nowhere(problem, system))
     return Area(problem, grid, degenerate=flat)
 
 
@@ -163,7 +164,8 @@ def _alike(problem: Problem) -> str:
     return f"cost must single out a point: over {names} many cost the same, and leave the same slack"
 
 
-def _nowhere(problem: Problem) -> str:
-    """Message: no feasible point."""
+def _nowhere(problem: Problem, system: System) -> str:
+    """Message: no feasible point, and how far off the nearest is."""
     given = ", ".join(f"{name} = {low:g} to {high:g}" for name, (low, high) in problem.hidden.items())
-    return f"constraints must leave a feasible point at some hidden state; none was found over {given}"
+    told = f"constraints must leave a feasible point at some hidden state; none was found over {given}"
+    return f"{told}{nearest(problem, system)}"

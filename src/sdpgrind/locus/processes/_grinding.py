@@ -110,10 +110,11 @@ class Grinding(Described):
                 f" got {infeed!r}"
             )
         rotation = controls.get("work_rotation", (0.0, 0.0))[1]
-        if rotation * self.work_diameter / 2 > self.wheel_speed / RPM_LIKE:
+        fastest = self.wheel_speed / RPM_LIKE
+        if rotation * self.work_diameter / 2 > fastest:
             raise ValueError(
-                "work_rotation must be in rad/s, with the work's surface below"
-                f" {self.wheel_speed / RPM_LIKE:g} mm/s; units.rpm(...) for rev/min; got {rotation!r}"
+                f"work_rotation must be in rad/s, up to {2 * fastest / self.work_diameter:.4g}, with the"
+                f" work's surface below {fastest:g} mm/s; units.rpm(...) for rev/min; got {rotation!r}"
             )
 
     @property
@@ -239,7 +240,7 @@ class Grinding(Described):
         )
 
     @property
-    def slowest_removal_rate(self) -> float:
+    def fastest_removal_rate(self) -> float:
         """Z' (mm^2/s) of the least work speed on the locus: F_pl V_s/(3 (u_ch - u_b)), for all diameters.
 
         A dulling wheel needs a slower work down to it, and a faster one beyond.
