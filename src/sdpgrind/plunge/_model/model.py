@@ -160,8 +160,10 @@ class PlungeModel(Described):
     def _refuse_other_stiffness(self) -> None:
         lag = _LONGEST if self.linear_time_constant is not None else self.local_time_constant(_SLOW)
         if self.stiffness < _STIFFNESSES[0] and lag >= _LONGEST:
-            words = another_unit("stiffness", self.stiffness, "N/mm", _STIFFNESSES, _USUAL_STIFFNESS)
-            raise ValueError(words)
+            usual = (_STIFFNESSES, _USUAL_STIFFNESS)
+            raise ValueError(
+                another_unit("stiffness", self.stiffness, self._field_units()["stiffness"], *usual)
+            )
 
     def _warn_of_area(self) -> None:
         law = self.power.sliding
