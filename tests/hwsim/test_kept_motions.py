@@ -244,7 +244,8 @@ def test_rows_at_one_time_are_written_and_read_to_the_bit_and_never_as_one(tmp_p
         np.testing.assert_array_equal(written[:, first : first + wide.shape[1]], wide)
         np.testing.assert_array_equal(written[:, 1], log[table].time)
         with pytest.raises(
-            ValueError, match=r'0\.0 stands in line 2 .* in line 3: .* or "keep" for the rows of'
+            ValueError,
+            match=r'0\.0 stands in line 2 .* in line 3: .* or (?:duplicates=)?"keep" for the rows of',
         ):
             hwsim.Log.read(path, time="time", part="part", **named)
         for k in range(wide.shape[1]):
