@@ -20,7 +20,10 @@ def test_a_field_that_differs_and_stakes_solved_again():
     doubts = PROBLEM.doubts(measured(true, 0))
     row = doubts["specific_energy"]
     assert row.verdict == "differs" and row.low < 12.0 < row.high
-    assert any("specific_energy alone explains grinding_power best" in each for each in doubts.sentences)
+    said = " ".join(doubts.sentences)
+    assert "specific_energy alone explains grinding_power best" in said and "as believed, so" not in said
+    assert "Alone, ploughing_force, pressure and curvature_pressure cannot explain the readings: told" in said
+    assert doubts["pressure"].low < 7.55 < doubts["pressure"].high  # with the energy fitted along
     assert any("work_rotation never changed" in each for each in doubts.sentences)
     assert doubts["u0"].verdict == "not told" and doubts["width"].verdict == "not told"
     stake = next(each for each in doubts.stakes if each.name == "specific_energy")

@@ -81,7 +81,8 @@ def sentences(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, 
     if len(by[0].names) > 1:
         return [*_pair(alone, by, response, unit), *to_plan_with([_call(by[0].names)])]
     told = {each.row.name: each.row.verdict for each in alone if each.fits and each.row.measured}
-    words = [AS_BELIEVED] * bool(told) + _along(alone, by)
+    along = _along(alone, by)
+    words = [AS_BELIEVED] * (len(told) > bool(along)) + along
     best = next((each for each in by if told.get(each.names[0]) == DIFFERS), None)
     if best is None:
         return words
