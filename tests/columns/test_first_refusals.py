@@ -165,3 +165,13 @@ def test_rows_at_one_time_alone_have_no_step():
             grinding_power="P",
             duplicates="mean",
         )
+
+
+@pytest.mark.parametrize(
+    ("names", "told"), [(["Messung", "Unnamed: 1"], True), ([0, 1], True), (["a", "b"], False)]
+)
+def test_a_title_that_was_taken_for_names_is_told(names, told):
+    table = pd.DataFrame([["t", "Weg"], [0.0, 1.0], [1.0, 2.0]], columns=names)
+    with pytest.raises(ValueError, match="must be one of its columns") as refused:
+        hwsim.Log.read(table, time="t", size="Weg")
+    assert ("pandas.read_excel(..., header=2)" in str(refused.value)) is told

@@ -9,6 +9,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.columns.sheet import (
+    UNNAMED,
     Column,
     ColumnHead,
     Sheet,
@@ -19,8 +20,6 @@ from sdpgrind.base.columns.sheet import (
     unit_of,
 )
 
-_UNNAMED = "Unnamed: "
-"""Beginning of the name that pandas gives an empty cell; source: its documentation."""
 _KINDS = "a path, a list of paths, a pandas.DataFrame, an xarray.Dataset or a mapping of arrays"
 
 
@@ -104,7 +103,7 @@ def _two_levels(frame: Any) -> list[str | None] | None:
     if getattr(frame.columns, "nlevels", 1) != 2:
         return None
     named = (str(name[1]) for name in frame.columns)
-    return _units([None if name.startswith(_UNNAMED) else name for name in named])
+    return _units([None if name.startswith(UNNAMED) else name for name in named])
 
 
 def _units(cells: Sequence[Any]) -> list[str | None] | None:

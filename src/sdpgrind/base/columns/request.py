@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from sdpgrind.base import checks
-from sdpgrind.base.columns.sheet import ColumnHead, Sheet, is_unit
+from sdpgrind.base.columns.sheet import UNNAMED, ColumnHead, Sheet, is_unit
 from sdpgrind.base.columns.table import COMMAND, COMMANDED, TEXT, quantity_of
 from sdpgrind.base.unit_text import factor, near
 from sdpgrind.base.warned import warn
@@ -104,7 +104,7 @@ def place_of(request: Request, sheet: Sheet) -> int:
     places = [k for k, each in enumerate(sheet.headings) if each.header == request.header]
     places = places or [k for k, each in enumerate(sheet.headings) if each.name == request.header]
     if not places or not request.header:
-        held = f"its headers are {sheet.listed()}"
+        held = f"its headers are {sheet.listed()}{_of_preamble(sheet)}"
         raise ValueError(
             f"{sheet.where}: {request.name} must be one of its columns; got {request.header!r}, {held}"
         )
@@ -114,6 +114,14 @@ def place_of(request: Request, sheet: Sheet) -> int:
             f" {len(places)} times among {sheet.listed()}"
         )
     return places[0]
+
+
+def _of_preamble(sheet: Sheet) -> str:
+    """What to say where pandas took a title, or no row at all, for the names of a spreadsheet."""
+    headers = [each.header for each in sheet.headings]
+    if any(header.startswith(UNNAMED) for header in headers) or all(map(str.isdigit, headers)):
+        return ": of names in the third row of a spreadsheet say pandas.read_excel(..., header=2)"
+    return ""
 
 
 def bound(request: Request, sheet: Sheet) -> Bound:

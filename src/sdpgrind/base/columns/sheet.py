@@ -15,6 +15,8 @@ Column = npt.NDArray[Any]
 ROWS_MAX = 10_000_000  # chosen: some 2 GB of memory for 20 columns
 _BRACKET = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>(?:[^()]|\([^()]*\))*)\))\s*")
 _LONGEST = 40  # chosen: letters; a longer text is no unit, and would fill a message
+UNNAMED = "Unnamed: "
+"""Beginning of the name that pandas gives an empty cell; source: its documentation."""
 _NO_UNIT = ("", "-", "--", "1")
 
 
