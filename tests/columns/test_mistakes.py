@@ -417,7 +417,7 @@ def test_a_decimal_comma_in_a_table_is_told():
 
 def test_deviations_in_place_of_radii_are_told_at_once():
     table = {"a": np.arange(360.0), "d [um]": 14 * np.cos(np.radians(np.arange(360.0)))}
-    told = r'these are deviations: Profile.read takes them as deviation=\("d", "um"\), radius='
+    told = r'these are deviations: say deviation=\("d", "um"\), radius='
     with pytest.raises(ValueError, match=told):
         Profile.read(table, angle=("a", "deg"), reading="d")
     radii = {"a": np.arange(360.0), "d [um]": 14 + np.cos(np.radians(np.arange(360.0)))}

@@ -185,7 +185,7 @@ def test_a_value_above_its_own_interval_is_explained(ring, capsys):
             ("--deviation", "foo", "--radius", "30"),
             "ring.csv: --deviation must be one of its columns; got 'foo'",
         ),
-        (("--reading", "dev"), "--reading dev:cm or --reading dev:m or --reading dev:in\n"),
+        (("--reading", "dev"), "these are deviations: say --deviation dev:um, --radius ...\n"),
         (("--reading", "dev", "--radius", "3"), "--radius must be left out where readings are radii (mm)"),
         ((), "--angle must be named, and either --reading or --deviation, as --angle angle:deg, --deviation"),
     ],

@@ -70,7 +70,7 @@ def _fault(values: Floats, meant: Meant, bound: Bound) -> str:
         return _degrees(values, bound) if meant.unit == "rad" and bound.factor == 1.0 else ""
     if bound.request.name == "reading" and _both_signs(values):
         call = bound._replace(request=bound.request._replace(name="deviation")).call()
-        return f"must be radii, > 0; these are deviations: Profile.read takes them as {call}, radius=..."
+        return f"must be radii, > 0; these are deviations: say {call}, radius=..."
     unit = meant.unit or "1"
     told = greatest if greatest < meant.least else most
     rule = f"must be {_range(meant)} {unit}; got {told:.6g} {unit}, recorded in {bound.unit}"

@@ -240,7 +240,7 @@ class Grinding(Described):
         )
 
     @property
-    def fastest_removal_rate(self) -> float:
+    def slowest_removal_rate(self) -> float:
         """Z' (mm^2/s) of the least work speed on the locus: F_pl V_s/(3 (u_ch - u_b)), for all diameters.
 
         A dulling wheel needs a slower work down to it, and a faster one beyond.
