@@ -1,6 +1,6 @@
 """Commissioning: the values of a machine by one fit of the sizes and powers of parts."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from sdpgrind.base import serial
 from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
+from sdpgrind.plunge._identify import rounding
 from sdpgrind.plunge._identify.cycles import MOVING, Cycle, cycles, fault, not_identified
 from sdpgrind.plunge._identify.declared_units import CANNOT_TELL, refuse_other_units
 from sdpgrind.plunge._identify.machine_estimate import MachineEstimate
@@ -120,7 +121,8 @@ def _estimate(
     effective = [serial.effective(n, 0, rho) for n, rho in zip(freedom, fit.noise.correlation, strict=True)]
     good = goodness(fit, freedom, noise)
     ends = [_at_its_end(*_named(problem)[place], fit.values[0, place]) for place in fit.at_the_end()]
-    wrong = "; ".join(ends + misfit(good, effective, noise, (doubts.size_sd > 0.0, doubts.power_sd > 0.0)))
+    told, rounded = (doubts.size_sd > 0.0, doubts.power_sd > 0.0), rounding.most(each) / noise.sd[0] ** 2
+    wrong = "; ".join(ends + misfit(good, effective, noise, told, rounded))
     return MachineEstimate(
         names,
         values,
@@ -156,11 +158,23 @@ def _all_covariances(fit: MachineFit, left: list[int]) -> Floats:
 
 
 def _covariance(fit: MachineFit) -> Floats:
-    """Covariance of the fitted values, by the noise that the residuals show."""
-    _, s, vt = np.linalg.svd(fit.slopes_there(), full_matrices=False)
+    """Covariance of the fitted values, by the noise that the residuals show, and the rounding at rest."""
+    u, s, vt = np.linalg.svd(fit.slopes_there(), full_matrices=False)
     root = vt.T * (fit.scales()[:, None] / s)
     white = fit.residual(fit.vector())
-    return np.asarray(float(white @ white) / (white.size - fit.count) * root @ root.T)
+    by_noise = float(white @ white) / (white.size - fit.count) * root @ root.T
+    return np.asarray(by_noise + sum(_rounded(fit, root @ u.T)))
+
+
+def _rounded(fit: MachineFit, weights: Floats) -> Iterator[Floats]:
+    """Covariance of the fitted values by the gauge of each part, for the weights of the white residuals."""
+    begin = 0
+    for each in fit.parts:
+        size, power = int(each.sized.sum()), int(each.powered.sum())
+        apart, sd, rho = each.channels()[0][3], fit.noise.sd[0], fit.noise.correlation[0]
+        back = serial.filtered_back(weights[:, begin : begin + size], rho, apart)
+        yield rounding.by_weights(each.cycle, back / sd)
+        begin += size + power
 
 
 def _residuals(fit: MachineFit) -> Any:

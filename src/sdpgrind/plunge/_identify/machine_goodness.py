@@ -40,14 +40,18 @@ def misfit(
     effective: list[float],
     declared: ChannelNoise,
     is_declared: tuple[bool, bool],
+    rounded: float,
 ) -> list[str]:
     """Return a sentence for each channel that the model fits badly, or too well for its noise.
 
-    `effective` are the independent residuals of size and power.
+    `effective` are the independent residuals of size and power. `rounded` is the most that readings kept by
+    the gauge add to the square of the size; their rounding may as well be none.
     """
     told = []
     for k, name in enumerate(CHANNELS):
         low, high = _range(effective[k])
+        if k == 0 and rounded > 0.0:
+            low, high = 0.0, high + rounded
         square = found[f"{name}_chi_square"]
         if square > high or (is_declared[k] and square < low):
             words = f"chi^2/dof of {name} must be {FITS[0]:g} ... {FITS[1]:g}; got {square:.3g}"

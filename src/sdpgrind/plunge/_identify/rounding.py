@@ -3,7 +3,7 @@
 Taken for white noise it would all but vanish from their mean. The error of a run is even within half a step.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -18,17 +18,37 @@ _CHANGE = 1e-3  # chosen: change of a value for a slope, in standard deviations
 
 def widened(found: Estimate, cycle: Cycle, residual: Callable[[Floats], Floats]) -> Estimate:
     """Estimate from residuals of the size (mm), with the rounding of its runs in the covariance."""
-    starts, held = _runs(cycle)
-    if not found.ok or not np.any(held) or not np.all(found.sd > 0):
+    if not found.ok or not rests(cycle) or not np.all(found.sd > 0):
         return found
     changes = np.diag(_CHANGE * found.sd)
     each = [residual(found.value + change) - residual(found.value - change) for change in changes]
     slopes = np.array(each) / (2 * np.diag(changes))[:, None]
     rho, apart = found.noise_correlation, _apart(cycle)
     white = serial.filtered(slopes, rho, apart)
-    weights = np.linalg.lstsq(white @ white.T, serial.filtered_back(white, rho, apart), rcond=None)[0]
+    back = serial.filtered_back(white, rho, apart)
+    weights = np.asarray(np.linalg.lstsq(white @ white.T, back, rcond=None)[0], dtype=float)
+    return found.replace(covariance=found.covariance + by_weights(cycle, weights))
+
+
+def rests(cycle: Cycle) -> bool:
+    """Whether the gauge keeps a reading."""
+    return bool(np.any(_runs(cycle)[1]))
+
+
+def most(each: Sequence[Cycle]) -> float:
+    """Greatest mean square (mm^2) of the rounding of kept readings, over what it is on average.
+
+    derived: half a step squared, less a twelfth of a step squared, by the share of such readings.
+    """
+    square = sum(float(_runs(cycle)[1].sum()) * cycle.quantum**2 / 6 for cycle in each)
+    return square / sum(int(cycle.read.sum()) for cycle in each)
+
+
+def by_weights(cycle: Cycle, weights: Floats) -> Floats:
+    """Covariance by rounding of values that an error of each size (mm) moves by weights (values, sizes)."""
+    starts, held = _runs(cycle)
     moved = np.add.reduceat(weights * held, starts, axis=1)
-    return found.replace(covariance=found.covariance + cycle.quantum**2 / 12 * moved @ moved.T)
+    return np.asarray(cycle.quantum**2 / 12 * moved @ moved.T)
 
 
 def of_means(cycle: Cycle, count: int, block: int, rho: float) -> Floats:
