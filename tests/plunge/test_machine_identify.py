@@ -75,7 +75,7 @@ def test_noise_that_resembles_its_neighbours():
 
 
 def test_the_rounding_of_a_gauge_at_rest():
-    """Steps of 1 um, and 20 s of spark-out at one reading: chi-square of 4 x 9 values was 91 as if white."""
+    """Steps of 1 um, and 20 s of spark-out at one reading: chi-square of 4 x 9 values was 130 as if white."""
     rates, step, total = (*RATES[:3], (0.0, 20.0)), 1e-3, 0.0
     problem = PROBLEM.replace(uncertainty=PROBLEM.uncertainty.replace(size_sd=3e-4))
     for seed in range(4):
