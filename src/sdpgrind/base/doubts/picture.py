@@ -1,6 +1,7 @@
 """Picture of doubts: intervals relative to what is believed, and what the plan makes of them."""
 
 from collections.abc import Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from sdpgrind.base.doubts.stakes import Figure, Stake
 
 if TYPE_CHECKING:
     from sdpgrind.base.doubts.record import Doubts
+
+_LABEL = 36  # chosen: characters of a line below half of the picture
 
 
 def drawn_doubts(doubts: "Doubts") -> Any:
@@ -40,6 +43,6 @@ def _stakes(axis: Any, figure: Figure, stakes: Sequence[Stake]) -> None:
         ends = [value for value in (stake.at_low, stake.at_high) if np.isfinite(value)]
         axis.plot(ends, [k] * len(ends), "o-", color=pictures.ACTUAL, lw=4, ms=4)
     axis.axvline(figure.value, color="k", lw=0.8)
-    axis.set(xlabel=pictures.label(figure.name, figure.unit), yticks=range(len(stakes)))
+    axis.set(xlabel=fill(pictures.label(figure.name, figure.unit), _LABEL), yticks=range(len(stakes)))
     axis.set_yticklabels([pictures.label(stake.name) for stake in stakes])
     axis.set_ylim(len(stakes) - 0.5, -0.5)
