@@ -33,7 +33,7 @@ def test_a_field_that_differs_and_stakes_solved_again():
 
 def test_a_true_model_differs_by_chance_only(monkeypatch):
     """5 % of 60 are 3; 10 at the most but once in a thousand, the fields of one log being alike."""
-    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows: (None, ()))
+    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows, pairs: (None, (), {}))
     said = [PROBLEM.doubts(measured(PROBLEM.model, seed))["specific_energy"].verdict for seed in range(60)]
     assert said.count("differs") <= 10 and said.count("not told") == 0
 
@@ -109,4 +109,14 @@ def test_pairs_that_the_readings_do_not_tell_apart():
         "Each of these pairs does: specific_energy and pressure; specific_energy and curvature_pressure;"
         in said
     )
-    assert "Of these pairs specific_energy and pressure explain it best" in said
+    assert "explain it best" not in said and "do not tell which of these pairs is the wrong one" in said
+    taken = PROBLEM.updated(locus.identify(read, ("specific_energy", "pressure"), problem=PROBLEM))
+    call = 'problem.updated(locus.identify(log, ("specific_energy", "{}"), problem=problem))'
+    assert f"{call.format('pressure')}, or {call.format('curvature_pressure')}" in said
+    one, other = (
+        each for each in doubts.stakes if each.name.startswith("specific_energy and ") and np.isnan(each.low)
+    )
+    assert one.at_low == pytest.approx(locus.plan(taken).at(wear_flat_area=0.0072).cost, rel=1e-9)
+    assert other.at_low != pytest.approx(one.at_low, rel=1e-2)
+    speed = locus.plan(PROBLEM).at(wear_flat_area=0.0072).controls["work_rotation"]
+    assert f"work_rotation of the plan, {speed:.3g} rad/s, is beyond the readings, 10 rad/s" in said

@@ -1,6 +1,7 @@
 """Doubts about the model of a locus: each of its fields against the measured responses."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from sdpgrind.locus._problem.problem import Problem
 
 _FACTS = ("wheel_diameter", "work_diameter", "width", "wheel_speed")
 _FACT = "the drawing or the machine; responses show it only mixed with the coefficients"
+_SAME = 1e-9  # chosen: relative; less is rounding
 _EXACT = 1e-9  # chosen: rest of a response over its size; less is rounding
 _UNMOVED = "another response: those that were measured do not depend on it"
 
@@ -31,15 +33,20 @@ def doubts(problem: Problem, data: Any) -> Doubts:
         known, held = ", ".join(problem.responses), ", ".join(map(str, table)) or "nothing"
         raise ValueError(f"data must hold a response, {known}; they hold {held}")
     alone = [_row(problem, data, *each) for each in numbers(problem.model)]
-    by = _explaining(problem, data, alone, table[measured[0]]) if len(measured) == 1 else []
-    found = [sets.told_along(each, by, lambda names: _identified(problem, data, names)) for each in alone]
+    one = np.asarray(table[measured[0]], dtype=float)
+    least = _EXACT * float(np.nanmax(np.abs(one), initial=0.0))
+    among = partial(sets.alike, least=least, readings=int(np.isfinite(one).sum()))
+    fit = partial(_identified, problem, data)
+    by = sets.explaining(alone, fit, least) if len(measured) == 1 else []
+    found = [sets.told_along(each, by, fit) for each in alone]
     rows = [each.row for each in found]
     reader = reader_of(data, table)
-    figure, stakes = cost.of_plan(problem, found)
+    pairs = among(by) if by and len(by[0].names) > 1 else []
+    figure, stakes, planned = cost.of_plan(problem, found, pairs)
     sentences = [
-        *_explained(problem, alone, by, measured),
+        *_explained(problem, alone, by, among, measured),
         *_readings(problem, table, measured),
-        *_ranges(problem, table),
+        *_ranges(problem, table, planned),
     ]
     subject = f"optimal locus, {np.size(table[measured[0]])} rows of {' and '.join(measured)}"
     return Doubts(subject, (*rows, *reader.rows), sentences, None, figure, stakes)
@@ -62,18 +69,16 @@ def _identified(problem: Problem, data: Any, names: Sequence[str]) -> Estimate:
     return identify(data, names, problem=problem, throw=False)
 
 
-def _explaining(problem: Problem, data: Any, alone: Sequence[FieldRow], response: Any) -> list[Estimate]:
-    """Estimates that follow the only response that was measured."""
-    least = _EXACT * float(np.nanmax(np.abs(np.asarray(response, dtype=float)), initial=0.0))
-    return sets.explaining(alone, lambda names: _identified(problem, data, names), least)
-
-
 def _explained(
-    problem: Problem, alone: Sequence[FieldRow], by: Sequence[Estimate], measured: Sequence[str]
+    problem: Problem,
+    alone: Sequence[FieldRow],
+    by: Sequence[Estimate],
+    among: sets.Among,
+    measured: Sequence[str],
 ) -> list[str]:
     """Sentences on what the intervals rest on, and on the values that explain the readings."""
     if len(measured) == 1:
-        return sets.sentences(alone, by, measured[0], problem.unit(measured[0]))
+        return sets.sentences(alone, by, among, measured[0], problem.unit(measured[0]))
     if any(each.fits and each.row.measured for each in alone):
         return [sets.AS_BELIEVED]
     return sets.none_of(alone, f"No single value explains {' and '.join(measured)}")
@@ -90,9 +95,9 @@ def _readings(problem: Problem, table: Any, measured: list[str]) -> list[str]:
     return [sentence for sentence in found if sentence]
 
 
-def _ranges(problem: Problem, table: Any) -> list[str]:
-    """Sentences on controls and hidden states beyond their ranges, and on those that never changed."""
-    found, still = [], []
+def _ranges(problem: Problem, table: Any, planned: Mapping[str, float]) -> list[str]:
+    """Sentences on controls and hidden states beyond their ranges, or the plan beyond them; on those held."""
+    found, still, beyond = [], [], []
     for name, (low, high) in {**problem.controls, **problem.hidden}.items():
         if command_in(table, name) not in table:
             continue
@@ -103,8 +108,14 @@ def _ranges(problem: Problem, table: Any) -> list[str]:
             found.append(
                 f"{name} was {least:.4g} to {most:.4g} {unit}; the problem allows {low:.4g} to {high:.4g}."
             )
-        if most - least <= 1e-9 * abs(most):
+        if most - least <= _SAME * abs(most):
             still.append(name)
+        if name in planned and not least * (1 - _SAME) <= planned[name] <= most * (1 + _SAME):
+            at = amount(planned[name], problem.unit(name), 3)
+            span = " to ".join(dict.fromkeys(f"{end:.3g}" for end in (least, most)))
+            beyond.append(f"{name} of the plan, {at}, is beyond the readings, {span} {problem.unit(name)}")
     if still:
         found.append(f"{' and '.join(still)} never changed: a second level would tell apart what acts alike.")
+    if beyond:
+        found.append(f"{'; '.join(beyond)}: there its responses rest on the law alone.")
     return found

@@ -4,13 +4,18 @@ from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
+import numpy as np
+
 from sdpgrind.base.brief import listed
-from sdpgrind.base.doubts.advice import to_plan_with
+from sdpgrind.base.doubts.advice import to_plan_with_one_of
+from sdpgrind.base.doubts.alignment import preferred
 from sdpgrind.base.doubts.rows import DIFFERS, Doubt, compared
 from sdpgrind.base.doubts.words import amount
 from sdpgrind.identify import Estimate, Status
 
 Identified = Callable[[Sequence[str]], Estimate]
+Among = Callable[[Sequence[Estimate]], list[Estimate]]
+"""The best of estimates, and those that the readings do not tell from it."""
 _MISFIT = "a model that follows the readings; with this value alone changed it does not"
 AS_BELIEVED = (
     "Each value is told with all others as believed, so one wrong value makes several differ: take over one,"
@@ -53,7 +58,22 @@ def explaining(alone: Sequence[FieldRow], identified: Identified, least: float) 
     if not found and any(each.unfit for each in alone):
         pairs = combinations([each.row.name for each in alone if each.moves], 2)
         found = [estimate for estimate in map(identified, pairs) if estimate.ok]
-    return sorted(found, key=lambda each: float(f"{max(each.noise_sd, least):.6g}"))  # equal ones as declared
+    return sorted(found, key=lambda each: float(f"{_left(each, least):.6g}"))  # equal ones as declared
+
+
+def alike(by: Sequence[Estimate], least: float, readings: int) -> list[Estimate]:
+    """Return the best of estimates, and those that the readings do not tell from it; see `preferred`."""
+    squares = [readings * _left(each, least) ** 2 for each in by]
+    return [
+        each
+        for each, square in zip(by, squares, strict=True)
+        if not preferred({"best": squares[0], "other": square}, readings).sure
+    ]
+
+
+def _left(each: Estimate, least: float) -> float:
+    """Standard deviation of the rest without its correlation, by which estimates are as likely."""
+    return max(each.noise_sd * float(np.sqrt(1 - each.noise_correlation**2)), least)
 
 
 def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -> FieldRow:
@@ -74,26 +94,49 @@ def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -
     )
 
 
-def sentences(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit: str) -> list[str]:
+def sentences(
+    alone: Sequence[FieldRow], by: Sequence[Estimate], among: Among, response: str, unit: str
+) -> list[str]:
     """Sentences on what the intervals rest on, and on the values that explain the response."""
     if not by:
         return none_of(alone, f"Neither a single value nor a pair explains {response}")
     if len(by[0].names) > 1:
-        return [*_pair(alone, by, response, unit), *to_plan_with([_call(by[0].names)])]
+        equal = among(by)
+        return [*_pair(alone, by, equal, response, unit), *to_plan_with_one_of(_calls(equal))]
     told = {each.row.name: each.row.verdict for each in alone if each.fits and each.row.measured}
     along = _along(alone, by)
     words = [AS_BELIEVED] * (len(told) > bool(along)) + along
-    best = next((each for each in by if told.get(each.names[0]) == DIFFERS), None)
-    if best is None:
+    equal = among([each for each in by if told.get(each.names[0]) == DIFFERS])
+    if not equal:
         return words
-    left = amount(best.noise_sd, unit)
-    explains = f"{best.names[0]} alone explains {response} best (sd of the rest {left})"
-    return [*words, f"Of those that differ, {explains}.", *to_plan_with([_call(best.names)])]
+    left = _of_rest(equal[0], unit)
+    best = f"Of those that differ, {equal[0].names[0]} alone explains {response} best {left}."
+    return [*words, _not_told_apart(equal, left) or best, *to_plan_with_one_of(_calls(equal))]
+
+
+def _not_told_apart(equal: Sequence[Estimate], left: str) -> str:
+    """Sentence on estimates that follow the readings as well as each other; empty: there is only one."""
+    if len(equal) < 2:
+        return ""
+    names = "; ".join(listed(each.names) for each in equal)
+    each = "pairs" if len(equal[0].names) > 1 else "values"
+    return (
+        f"The readings do not tell which of these {each} is the wrong one, as each explains them as well"
+        f" {left}: {names}. The plan with each is told below."
+    )
+
+
+def _of_rest(each: Estimate, unit: str) -> str:
+    return f"(sd of the rest {amount(each.noise_sd, unit)})"
 
 
 def none_of(alone: Sequence[FieldRow], words: str) -> list[str]:
     """Sentence that nothing explains the readings; empty: they say too little for that."""
     return [f"{words}: {_nearest(alone)}. {_ELSE}"] if any(each.unfit for each in alone) else []
+
+
+def _calls(each: Sequence[Estimate]) -> list[str]:
+    return [_call(one.names) for one in each]
 
 
 def _call(names: Sequence[str]) -> str:
@@ -109,21 +152,21 @@ def _along(alone: Sequence[FieldRow], by: Sequence[Estimate]) -> list[str]:
     return [f"Alone, {listed(names)} cannot explain the readings: told with {by[0].names[0]} fitted along."]
 
 
-def _pair(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit: str) -> list[str]:
+def _pair(
+    alone: Sequence[FieldRow], by: Sequence[Estimate], equal: Sequence[Estimate], response: str, unit: str
+) -> list[str]:
     """Sentences on the pair that explains a response which no field explains alone."""
-    names, left = listed(by[0].names), amount(by[0].noise_sd, unit)
+    names, left = listed(by[0].names), _of_rest(by[0], unit)
     words = [f"No single value explains {response}: {_nearest(alone)}."]
     if len(by) == 1:
-        together = (
-            f"{names} together do (sd of the rest {left}): each value is told with these two fitted along"
-        )
+        together = f"{names} together do {left}: each value is told with these two fitted along"
         return [*words, f"{together}, the others as believed, and so is its plan."]
     pairs = "; ".join(listed(each.names) for each in by)
     return [
         *words,
         f"Each of these pairs does: {pairs}. A value is told in the best pair that holds it, the others as"
         " believed, so one wrong pair makes several values differ: take over one pair, not all.",
-        f"Of these pairs {names} explain it best (sd of the rest {left}).",
+        _not_told_apart(equal, left) or f"Of these pairs {names} explain it best {left}.",
     ]
 
 
