@@ -111,8 +111,8 @@ def test_pairs_that_the_readings_do_not_tell_apart():
     )
     assert "explain it best" not in said and "do not tell which of these pairs is the wrong one" in said
     taken = PROBLEM.updated(locus.identify(read, ("specific_energy", "pressure"), problem=PROBLEM))
-    call = 'problem.updated(locus.identify(log, ("specific_energy", "{}"), problem=problem))'
-    assert f"{call.format('pressure')}, or {call.format('curvature_pressure')}" in said
+    names = 'names being one of ("specific_energy", "pressure"); ("specific_energy", "curvature_pressure");'
+    assert f"(locus.identify(log, names, problem=problem)), {names}" in said
     one, other = (
         each for each in doubts.stakes if each.name.startswith("specific_energy and ") and np.isnan(each.low)
     )
@@ -120,3 +120,27 @@ def test_pairs_that_the_readings_do_not_tell_apart():
     assert other.at_low != pytest.approx(one.at_low, rel=1e-2)
     speed = locus.plan(PROBLEM).at(wear_flat_area=0.0072).controls["work_rotation"]
     assert f"work_rotation of the plan, {speed:.3g} rad/s, is beyond the readings, 10 rad/s" in said
+
+
+def test_each_response_is_explained_by_its_own_values(monkeypatch):
+    """A value of the power is wrong, and one of the roughness: neither alone explains both responses."""
+    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows, pairs: (None, (), {}))
+    rough = locus.processes.Roughness(roughness_max=8e-4, base=5e-4, exponent=0.4)
+    problem = PROBLEM.replace(
+        model=PROBLEM.model.replace(roughness=rough),
+        hidden=dict(PROBLEM.hidden) | {"dressing_state": (0.7, 1.4)},
+    )
+    read = stretch(PROBLEM.model.replace(specific_energy=12.0).grinding_power, 0)
+    read["dressing_state"] = np.linspace(1.0, 1.2, 120)
+    depth = np.pi * 60.0 * read["infeed_rate"] / 30e3
+    told = rough.replace(base=6e-4).roughness(depth, rough.lead, read["dressing_state"])
+    read["roughness"] = told + np.random.default_rng(5).normal(0.0, 2e-5, 120)
+    doubts = problem.doubts(read)
+    truth = {"specific_energy": 12.0, "ploughing_force": 0.962, "base": 6e-4, "exponent": 0.4}
+    for name, value in truth.items():
+        assert abs(doubts[name].told - value) < doubts[name].high - doubts[name].low, name  # four sds
+    said = " ".join(doubts.sentences)
+    assert "specific_energy alone explains grinding_power best" in said and "take another law" not in said
+    assert "do not tell which of these values is the wrong one" in said and "base; chip_thickness" in said
+    alone = locus.identify(read, "base", problem=problem)  # the power does not depend on it
+    assert doubts["base"].told == alone.value[0] and alone.message == "roughness from 120 rows"

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from sdpgrind.base.tables import command_in, table_of
 from sdpgrind.identify import Estimate, Status
 from sdpgrind.locus._doubts import cost, sets
 from sdpgrind.locus._doubts.sets import FieldRow
-from sdpgrind.locus._identify import identify
+from sdpgrind.locus._identify import identify, moved
 from sdpgrind.locus._problem.problem import Problem
 
 _FACTS = ("wheel_diameter", "work_diameter", "width", "wheel_speed")
@@ -32,22 +32,22 @@ def doubts(problem: Problem, data: Any) -> Doubts:
     if not measured:
         known, held = ", ".join(problem.responses), ", ".join(map(str, table)) or "nothing"
         raise ValueError(f"data must hold a response, {known}; they hold {held}")
-    alone = [_row(problem, data, *each) for each in numbers(problem.model)]
-    one = np.asarray(table[measured[0]], dtype=float)
-    least = _EXACT * float(np.nanmax(np.abs(one), initial=0.0))
-    among = partial(sets.alike, least=least, readings=int(np.isfinite(one).sum()))
-    fit = partial(_identified, problem, data)
-    by = sets.explaining(alone, fit, least) if len(measured) == 1 else []
-    found = [sets.told_along(each, by, fit) for each in alone]
-    rows = [each.row for each in found]
+    fields = numbers(problem.model)
+    alone = {each[0]: _row(problem, data, *each) for each in fields}
+    each = [
+        _explained(problem, data, table, name, [alone[field] for field in of])
+        for name, of in _by_response(problem, fields, measured).items()
+    ]
+    found = alone | {one.row.name: one for explained in each for one in explained.rows}
     reader = reader_of(data, table)
-    pairs = among(by) if by and len(by[0].names) > 1 else []
-    figure, stakes, planned = cost.of_plan(problem, found, pairs)
+    pairs = [pair for explained in each for pair in explained.pairs]
+    figure, stakes, planned = cost.of_plan(problem, list(found.values()), pairs)
     sentences = [
-        *_explained(problem, alone, by, among, measured),
+        *dict.fromkeys(words for explained in each for words in explained.sentences),
         *_readings(problem, table, measured),
         *_ranges(problem, table, planned),
     ]
+    rows = [one.row for one in found.values()]
     subject = f"optimal locus, {np.size(table[measured[0]])} rows of {' and '.join(measured)}"
     return Doubts(subject, (*rows, *reader.rows), sentences, None, figure, stakes)
 
@@ -69,19 +69,35 @@ def _identified(problem: Problem, data: Any, names: Sequence[str]) -> Estimate:
     return identify(data, names, problem=problem, throw=False)
 
 
+class _Explained(NamedTuple):
+    """Rows of the fields that one response tells, pairs that explain it, and sentences."""
+
+    rows: list[FieldRow]
+    pairs: list[Estimate]
+    sentences: list[str]
+
+
+def _by_response(problem: Problem, fields: Sequence[Any], measured: Sequence[str]) -> dict[str, list[str]]:
+    """Names of the fields that move one measured response alone, by its name."""
+    found: dict[str, list[str]] = {name: [] for name in measured}
+    for name, *_ in fields:
+        of = [each for each in moved(problem, name) if each in found]
+        if len(of) == 1 and name not in _FACTS:
+            found[of[0]].append(name)
+    return found
+
+
 def _explained(
-    problem: Problem,
-    alone: Sequence[FieldRow],
-    by: Sequence[Estimate],
-    among: sets.Among,
-    measured: Sequence[str],
-) -> list[str]:
-    """Sentences on what the intervals rest on, and on the values that explain the readings."""
-    if len(measured) == 1:
-        return sets.sentences(alone, by, among, measured[0], problem.unit(measured[0]))
-    if any(each.fits and each.row.measured for each in alone):
-        return [sets.AS_BELIEVED]
-    return sets.none_of(alone, f"No single value explains {' and '.join(measured)}")
+    problem: Problem, data: Any, table: Any, response: str, alone: Sequence[FieldRow]
+) -> _Explained:
+    """What explains a response of the fields that move no other one."""
+    read, fit = np.asarray(table[response], dtype=float), partial(_identified, problem, data)
+    least = _EXACT * float(np.nanmax(np.abs(read), initial=0.0))
+    among = partial(sets.alike, least=least, readings=int(np.isfinite(read).sum()))
+    by = sets.explaining(alone, fit, least)
+    rows = [sets.told_along(each, by, fit) for each in alone]
+    pairs = among(by) if by and len(by[0].names) > 1 else []
+    return _Explained(rows, pairs, sets.sentences(alone, by, among, response, problem.unit(response)))
 
 
 def _readings(problem: Problem, table: Any, measured: list[str]) -> list[str]:

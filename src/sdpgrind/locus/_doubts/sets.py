@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.brief import listed
-from sdpgrind.base.doubts.advice import to_plan_with_one_of
+from sdpgrind.base.doubts.advice import to_plan_with
 from sdpgrind.base.doubts.alignment import preferred
 from sdpgrind.base.doubts.rows import DIFFERS, Doubt, compared
 from sdpgrind.base.doubts.words import amount
@@ -102,7 +102,7 @@ def sentences(
         return none_of(alone, f"Neither a single value nor a pair explains {response}")
     if len(by[0].names) > 1:
         equal = among(by)
-        return [*_pair(alone, by, equal, response, unit), *to_plan_with_one_of(_calls(equal))]
+        return [*_pair(alone, by, equal, response, unit), *_advice(equal)]
     told = {each.row.name: each.row.verdict for each in alone if each.fits and each.row.measured}
     along = _along(alone, by)
     words = [AS_BELIEVED] * (len(told) > bool(along)) + along
@@ -111,7 +111,7 @@ def sentences(
         return words
     left = _of_rest(equal[0], unit)
     best = f"Of those that differ, {equal[0].names[0]} alone explains {response} best {left}."
-    return [*words, _not_told_apart(equal, left) or best, *to_plan_with_one_of(_calls(equal))]
+    return [*words, _not_told_apart(equal, left) or best, *_advice(equal)]
 
 
 def _not_told_apart(equal: Sequence[Estimate], left: str) -> str:
@@ -135,13 +135,22 @@ def none_of(alone: Sequence[FieldRow], words: str) -> list[str]:
     return [f"{words}: {_nearest(alone)}. {_ELSE}"] if any(each.unfit for each in alone) else []
 
 
-def _calls(each: Sequence[Estimate]) -> list[str]:
-    return [_call(one.names) for one in each]
+def _advice(equal: Sequence[Estimate]) -> list[str]:
+    """Sentence with the call that plans with one of the estimates."""
+    names = [_quoted(each.names) for each in equal]
+    if len(names) == 1:
+        return to_plan_with([_call(names[0])])
+    (told,) = to_plan_with([_call("names")])
+    return [f"{told.removesuffix('.')}, names being one of {'; '.join(names)}."]
 
 
-def _call(names: Sequence[str]) -> str:
+def _call(names: str) -> str:
+    return f"locus.identify(log, {names}, problem=problem)"
+
+
+def _quoted(names: Sequence[str]) -> str:
     quoted = ", ".join(f'"{name}"' for name in names)
-    return f"locus.identify(log, {quoted if len(names) == 1 else f'({quoted})'}, problem=problem)"
+    return quoted if len(names) == 1 else f"({quoted})"
 
 
 def _along(alone: Sequence[FieldRow], by: Sequence[Estimate]) -> list[str]:
