@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._report.worst import modelled
+from hwsim._log.columns import modelled
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.means import half_interval

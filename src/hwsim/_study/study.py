@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim._log.log import Log
-from hwsim._report.finishing import unknown
 from hwsim._study.bench import Bench
+from hwsim.plants._finishing.beyond import unknown
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._report.finishing import unknown
-from hwsim._report.worst import modelled
+from hwsim._log.columns import modelled
 from hwsim.command._report import CommandReport, Finished, summary_line
+from hwsim.plants._finishing.beyond import unknown
 from sdpgrind.base.brief import counted
 from sdpgrind.base.units import UM
 

@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._log.columns import part_named, parts_named
-from hwsim._report.worst import modelled
+from hwsim._log.columns import modelled, part_named, parts_named
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.brief import counted
