@@ -39,8 +39,8 @@ class Stake(NamedTuple):
 
     def change(self, believed: float) -> float:
         """Greatest difference between the plans at both ends and that of the believed value."""
-        values = [value for value in (self.at_low, self.at_high, believed) if np.isfinite(value)]
-        return max(values) - min(values) if len(values) > 1 else np.inf
+        found = [abs(value - believed) for value in (self.at_low, self.at_high) if np.isfinite(value)]
+        return max(found, default=np.inf)
 
 
 def stakes(

@@ -127,9 +127,9 @@ def _ranges(problem: Problem, table: Any, planned: Mapping[str, float]) -> list[
         if most - least <= _SAME * abs(most):
             still.append(name)
         if name in planned and not least * (1 - _SAME) <= planned[name] <= most * (1 + _SAME):
-            at = amount(planned[name], problem.unit(name), 3)
             span = " to ".join(dict.fromkeys(f"{end:.3g}" for end in (least, most)))
-            beyond.append(f"{name} of the plan, {at}, is beyond the readings, {span} {problem.unit(name)}")
+            at, read = (f"{words} {problem.unit(name)}".rstrip() for words in (f"{planned[name]:.3g}", span))
+            beyond.append(f"{name} of the plan, {at}, is beyond the readings, {read}")
     if still:
         found.append(f"{' and '.join(still)} never changed: a second level would tell apart what acts alike.")
     if beyond:
