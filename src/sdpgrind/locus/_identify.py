@@ -25,6 +25,7 @@ _SHARE = 1e-3  # chosen: component along an undetermined direction that names a 
 _SPARE = 3  # derived: readings beyond the values, for the variance and the correlation of the noise
 _ROUNDS = 2  # measured: fits with the noise of the responses; a third moves no interval by 1 %
 _EXACT = 1e-9  # chosen: least noise of a response over its size; less is rounding
+_LATE = "leave out the rows in which it still follows a change"
 _WRONG = "other values are wrong, too, or the law is another; problem.doubts(data) tries pairs of values"
 
 
@@ -68,10 +69,10 @@ def identify(
     Estimate
         Fields by name, in their units, with their covariance. A field is not determined, and named, where the
         readings move along it by less than 1e-6 of the most that they move, relative to the fields' values.
-        The model does not fit where a smooth surface over controls and hidden states takes more from the
-        residuals than noise gives it (F test, once in 1000; of 40 rows of noise with a correlation of 0.9
-        once in 25), and the variance about the model exceeds that of the noise by a quarter; then the
-        covariance does not hold.
+        The model does not fit where a smooth surface over controls and hidden states, or changes of the
+        response (of a gauge that lags), take more from the residuals than noise gives them (F test, once in
+        1000; of 40 rows of noise with a correlation of 0.9 once in 50), and the variance about the model
+        exceeds that of the noise by a quarter; then the covariance does not hold.
 
     Raises
     ------
@@ -254,7 +255,9 @@ class _ResponseFit:
             response, slopes = law.at(values, read)
             inputs = np.array([read[name] for name in law.inputs])
             least = max(step_of(read[law.name]) / np.sqrt(12), _EXACT * _size(read[law.name]))
-            yield law.name, rest(read[law.name] - response, slopes, inputs, noise.apart, least)
+            ordered = response if "time" in read.arrays else None
+            left = rest(read[law.name] - response, slopes, inputs, noise.apart, least, ordered)
+            yield law.name, left
 
     @property
     def freedom(self) -> float:
@@ -319,12 +322,14 @@ def _judged(found: idf.Estimate, fit: _ResponseFit, problem: Problem) -> idf.Est
 
 def _misfit(values: Floats, fit: _ResponseFit, problem: Problem) -> str:
     """What the fields leave of the responses beyond their noise; empty: nothing."""
-    told = []
+    told, advice = [], _WRONG
     for name, left in fit.rests(values):
         if left is not None and not left.fits:
             about, noise = in_one_unit((left.sd, left.noise_sd), problem.unit(name))
-            told.append(f"{name} leaves an sd of {about} about the model, and its noise is {noise}")
-    return f"{'; '.join(told)}: {_WRONG}" if told else ""
+            late = ", but it follows changes late, as after a filter" * left.late
+            advice = _LATE if left.late else advice
+            told.append(f"{name} leaves an sd of {about} about the model, and its noise is {noise}{late}")
+    return f"{'; '.join(told)}: {advice}" if told else ""
 
 
 def _loose(slopes: Floats) -> list[bool]:

@@ -23,7 +23,7 @@ AS_BELIEVED = (
 )
 _ELSE = (
     "The law does not follow these readings, so they tell none of its values: check units and columns, leave"
-    " out approach and touch-in, or take another law."
+    " out approach, touch-in and rows that still follow a change, or take another law."
 )
 
 
