@@ -93,11 +93,10 @@ def _explained(
     """What explains a response of the fields that move no other one."""
     read, fit = np.asarray(table[response], dtype=float), partial(_identified, problem, data)
     least = _EXACT * float(np.nanmax(np.abs(read), initial=0.0))
-    among = partial(sets.alike, least=least, readings=int(np.isfinite(read).sum()))
-    by = sets.explaining(alone, fit, least)
+    by = sets.explaining(alone, fit, least, int(np.isfinite(read).sum()))
     rows = [sets.told_along(each, by, fit) for each in alone]
-    pairs = among(by) if by and len(by[0].names) > 1 else []
-    return _Explained(rows, pairs, sets.sentences(alone, by, among, response, problem.unit(response)))
+    pairs = by if by and len(by[0].names) > 1 else []
+    return _Explained(rows, pairs, sets.sentences(alone, by, response, problem.unit(response)))
 
 
 def _readings(problem: Problem, table: Any, measured: list[str]) -> list[str]:

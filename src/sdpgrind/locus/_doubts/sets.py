@@ -14,8 +14,6 @@ from sdpgrind.base.doubts.words import amount
 from sdpgrind.identify import Estimate, Status
 
 Identified = Callable[[Sequence[str]], Estimate]
-Among = Callable[[Sequence[Estimate]], list[Estimate]]
-"""The best of estimates, and those that the readings do not tell from it."""
 _MISFIT = "a model that follows the readings; with this value alone changed it does not"
 AS_BELIEVED = (
     "Each value is told with all others as believed, so one wrong value makes several differ: take over one,"
@@ -49,24 +47,23 @@ class FieldRow(NamedTuple):
         return self.estimate is not None and self.estimate.status is not Status.UNDETERMINED
 
 
-def explaining(alone: Sequence[FieldRow], identified: Identified, least: float) -> list[Estimate]:
-    """Return estimates that follow the responses, best first: of one field, else of pairs; empty: none does.
+def explaining(
+    alone: Sequence[FieldRow], identified: Identified, least: float, readings: int
+) -> list[Estimate]:
+    """Return the estimates that follow the responses best: of one field, else of pairs; empty: none does.
 
-    `least`: standard deviation of the rest that is rounding.
+    Best first, and of the others those that the readings do not tell from it, see `preferred`. `least`:
+    standard deviation of the rest that is rounding.
     """
     found = [each.estimate for each in alone if each.fits and each.estimate is not None]
     if not found and any(each.unfit for each in alone):
         pairs = combinations([each.row.name for each in alone if each.moves], 2)
         found = [estimate for estimate in map(identified, pairs) if estimate.ok]
-    return sorted(found, key=lambda each: float(f"{_left(each, least):.6g}"))  # equal ones as declared
-
-
-def alike(by: Sequence[Estimate], least: float, readings: int) -> list[Estimate]:
-    """Return the best of estimates, and those that the readings do not tell from it; see `preferred`."""
-    squares = [readings * _left(each, least) ** 2 for each in by]
+    found = sorted(found, key=lambda each: float(f"{_left(each, least):.6g}"))  # equal ones as declared
+    squares = [readings * _left(each, least) ** 2 for each in found]
     return [
         each
-        for each, square in zip(by, squares, strict=True)
+        for each, square in zip(found, squares, strict=True)
         if not preferred({"best": squares[0], "other": square}, readings).sure
     ]
 
@@ -77,9 +74,9 @@ def _left(each: Estimate, least: float) -> float:
 
 
 def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -> FieldRow:
-    """Row of a field that does not fit alone, with those fitted along that explain the responses best."""
+    """Row of a field that explains less alone, with those fitted along that explain the responses best."""
     row = each.row
-    if not each.unfit:
+    if not _explains_less(each, by):
         return each
     if not by:
         misfit = each.estimate is not None and each.estimate.status is Status.MISFIT
@@ -94,35 +91,36 @@ def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -
     )
 
 
-def sentences(
-    alone: Sequence[FieldRow], by: Sequence[Estimate], among: Among, response: str, unit: str
-) -> list[str]:
+def _explains_less(each: FieldRow, by: Sequence[Estimate]) -> bool:
+    """Whether a field does not follow the responses alone, or another one follows them better."""
+    return each.unfit or (each.fits and not any(each.estimate is one for one in by))
+
+
+def sentences(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit: str) -> list[str]:
     """Sentences on what the intervals rest on, and on the values that explain the response."""
     if not by:
         return none_of(alone, f"Neither a single value nor a pair explains {response}")
     if len(by[0].names) > 1:
-        equal = among(by)
-        return [*_pair(alone, by, equal, response, unit), *_advice(equal)]
-    told = {each.row.name: each.row.verdict for each in alone if each.fits and each.row.measured}
+        return [*_pair(alone, by, response, unit), *_advice(by)]
+    told = {one.names[0] for one in by}
+    rows = [each.row for each in alone if each.row.name in told and each.row.measured]
     along = _along(alone, by)
-    words = [AS_BELIEVED] * (len(told) > bool(along)) + along
-    equal = among([each for each in by if told.get(each.names[0]) == DIFFERS])
-    if not equal:
+    words = [AS_BELIEVED] * (len(rows) > bool(along)) + along
+    differing = [one for one in by if any(row.name in one.names and row.verdict == DIFFERS for row in rows)]
+    if not differing:
         return words
-    left = _of_rest(equal[0], unit)
-    best = f"Of those that differ, {equal[0].names[0]} alone explains {response} best {left}."
-    return [*words, _not_told_apart(equal, left) or best, *_advice(equal)]
+    left = _of_rest(differing[0], unit)
+    if len(differing) == 1:
+        best = f"Of those that differ, {differing[0].names[0]} alone explains {response} best {left}."
+    else:
+        best = _not_told_apart(listed([one.names[0] for one in differing]), left)
+    return [*words, best, *_advice(differing)]
 
 
-def _not_told_apart(equal: Sequence[Estimate], left: str) -> str:
-    """Sentence on estimates that follow the readings as well as each other; empty: there is only one."""
-    if len(equal) < 2:
-        return ""
-    names = "; ".join(listed(each.names) for each in equal)
-    each = "pairs" if len(equal[0].names) > 1 else "values"
+def _not_told_apart(which: str, left: str) -> str:
     return (
-        f"The readings do not tell which of these {each} is the wrong one, as each explains them as well"
-        f" {left}: {names}. The plan with each is told below."
+        f"The readings do not tell which of {which} is the wrong one, as each explains them as well"
+        f" {left}; the plan with each is told below."
     )
 
 
@@ -154,16 +152,15 @@ def _quoted(names: Sequence[str]) -> str:
 
 
 def _along(alone: Sequence[FieldRow], by: Sequence[Estimate]) -> list[str]:
-    """Sentence on the fields that do not fit alone, where one does."""
-    names = [each.row.name for each in alone if each.unfit]
+    """Sentence on the fields that explain less alone than one does."""
+    names = [each.row.name for each in alone if _explains_less(each, by)]
     if not names:
         return []
-    return [f"Alone, {listed(names)} cannot explain the readings: told with {by[0].names[0]} fitted along."]
+    best = by[0].names[0]
+    return [f"Alone, {listed(names)} cannot explain the readings as {best} does: told with it fitted along."]
 
 
-def _pair(
-    alone: Sequence[FieldRow], by: Sequence[Estimate], equal: Sequence[Estimate], response: str, unit: str
-) -> list[str]:
+def _pair(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit: str) -> list[str]:
     """Sentences on the pair that explains a response which no field explains alone."""
     names, left = listed(by[0].names), _of_rest(by[0], unit)
     words = [f"No single value explains {response}: {_nearest(alone)}."]
@@ -173,9 +170,9 @@ def _pair(
     pairs = "; ".join(listed(each.names) for each in by)
     return [
         *words,
-        f"Each of these pairs does: {pairs}. A value is told in the best pair that holds it, the others as"
+        f"Each of these pairs does: {pairs}. A value is told in the first pair that holds it, the others as"
         " believed, so one wrong pair makes several values differ: take over one pair, not all.",
-        _not_told_apart(equal, left) or f"Of these pairs {names} explain it best {left}.",
+        _not_told_apart("these pairs", left),
     ]
 
 
