@@ -41,6 +41,8 @@ def test_a_value_is_not_told_alone_where_another_explains_more():
     assert locus.identify(few, "curvature_pressure", problem=PROBLEM).ok
     row = PROBLEM.doubts(few)["curvature_pressure"]
     assert row.note == "specific_energy fitted along" and row.low < 2.1e6 < row.high
+    four = {name: values[:4] for name, values in few.items()}  # too few for two values
+    assert PROBLEM.doubts(four)["specific_energy"].measured
 
 
 def test_a_true_model_differs_by_chance_only(monkeypatch):

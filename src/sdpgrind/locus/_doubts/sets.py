@@ -83,7 +83,10 @@ def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -
         return FieldRow(row._replace(note=_MISFIT)) if misfit else each
     holding = [each for each in by if row.name in each.names]
     names = holding[0].names if holding else by[0].names
-    found = holding[0] if holding else identified((*names, row.name))
+    try:
+        found = holding[0] if holding else identified((*names, row.name))
+    except ValueError:  # too few readings for one value more
+        return each
     if found.status is Status.UNDETERMINED:
         return FieldRow(row._replace(note=f"in these readings it acts like {listed(names)}"))
     return FieldRow(
