@@ -51,9 +51,10 @@ def identify(
     ----------
     data : mapping of arrays, table of a log, or log
         Responses, controls and hidden states by name, in the units of the problem, with time (s) and part if
-        there are any; or a log whose only table, or table "controller", holds them, or that table. Rows
-        without a reading are left out and counted. A control that was not measured is the command that led to
-        the row. The laws are those of steady cuts: leave out approach and touch-in.
+        there are any; or a log whose only table, or table "controller", holds them, or that table. Rows of a
+        log without a reading are left out and counted. A control that was not measured is the command that
+        led to the row. The laws are those of steady cuts: leave out approach, touch-in, and rows in which a
+        gauge still follows a change.
     names : str or sequence of str
         Fields of the model; they begin at the model's values.
     problem : Problem
