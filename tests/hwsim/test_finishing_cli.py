@@ -450,9 +450,12 @@ def test_what_is_left_is_handed_to_the_planner(studied):
 
 def test_replicates_are_counted_as_runs(study_job, remembered):
     made = read(study_job)
-    found = hwsim.finishing_study(
-        made.stand, kind="damped", replicates=2, confirm=2, rng=1, **dict(made.study)
-    )
+    options = {"tool_diameter": (6.0, 4.0), "replicates": 2, "confirm": 2, "rng": 1, **dict(made.study)}
+    with pytest.warns(
+        UserWarning, match=r"extrapolated: its model does not know a tool of 6 mm \(3 to 4 mm\)"
+    ):
+        found = hwsim.finishing_study(made.stand, kind="damped", **options)
+    assert found.study.name == "roughness R_a, extrapolated in 9 of 18 runs"
     assert found.study.readings.shape == (18, 2) and len(found.confirmation) == 4
     pairs = found.confirmation.outcome.roughness_ra.values.reshape(2, 2)
     assert found.confirmed == pytest.approx(

@@ -63,15 +63,17 @@ def test_what_is_not_known_is_not_shown(drawn):
     one = hwsim.run(hwsim.FinishingCell(problem()), controller(problem()))
     figure = drawn(one)
     assert len(figure.axes[1].lines) == 2 and " for " not in figure.get_suptitle()
-    assert "the model does not know this pattern" in [text.get_text() for text in figure.axes[5].texts]
+    assert "1 of 1 part: beyond the roughness model" in [text.get_text() for text in figure.axes[5].texts]
 
 
-def test_parts_beyond_the_model_are_hollow(zigzag, drawn):
+def test_roughness_beyond_its_model_is_not_drawn(zigzag, drawn):
     of = zigzag.replace(tool_diameter=6.0)
-    figure = drawn(hwsim.run(hwsim.FinishingCell(of), controller(of)))
-    assert [text.get_text() for text in figure.axes[5].get_legend().get_texts()] == [
-        "beyond the model's range"
-    ]
+    one = hwsim.run(hwsim.FinishingCell(of), controller(of))
+    (axis,) = [each for each in drawn(one).axes if each.get_ylabel() == "roughness Ra [µm]"]
+    assert np.isfinite(one.outcome.roughness_ra).all() and np.isnan(axis.lines[0].get_ydata()).all()
+    assert [text.get_text() for text in axis.texts] == ["1 of 1 part: beyond the roughness model"]
+    side = hwsim.compare(hwsim.FinishingCell(of), {kind: controller(of, kind) for kind in ("damped", "lqg")})
+    assert not any("roughness" in axis.get_title() for axis in drawn(side).axes)
 
 
 def test_a_part_without_contact_or_motion_is_drawn_too(drawn):

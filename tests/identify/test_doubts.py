@@ -88,6 +88,8 @@ def test_the_step_of_a_gauge():
     assert gauge.step_of(np.array([1.0, 2.0])) == 0.0
     every_third = 3.0 * rng.integers(0, 50, 200) + 2.0 * (rng.integers(0, 2, 200) == 1)
     assert gauge.step_of(every_third) == pytest.approx(1.0)
+    few = [820.0, 1160.0, 920.0, 1300.0, 1020.0, 1440.0, 1120.0, 1580.0]  # a power display of 0.02 kW
+    assert gauge.step_of(np.array(few)) == 20.0 and gauge.step_of(np.array(few) + smooth[:8]) == 0.0
 
 
 def test_clipped_readings_pile_up():
@@ -118,6 +120,7 @@ def test_stakes_are_ordered_and_say_where_no_plan_is():
     assert [stake.name for stake in found] == ["b", "a", "c"]
     assert (found[0].at_low, found[0].at_high) == (5.0, 35.0)
     assert np.isnan(found[-1].at_high) and found[-1].reason == "c must be <= 3"
+    assert Stake("a", "1", 0.5, 3.5, 9.0, 13.0).change(10.0) == 3.0  # as the page shows it
 
 
 def test_values_together_are_a_stake_of_their_own(tmp_path):

@@ -40,6 +40,23 @@ def test_noise_of_a_filter_is_no_misfit():
     assert alarms <= 2 and white > 10
 
 
+def test_a_gauge_that_lags_is_no_noise():
+    """Levels read through a filter: the surface takes it for noise, which resembles as a lag does."""
+    level, rng, apart = (
+        np.repeat([3.0, 1.0, 4.0, 2.0, 5.0], 40),
+        np.random.default_rng(6),
+        serial.gaps(None, 200),
+    )
+    lagging = level - serial.coloured(np.diff(level, prepend=3.0), 0.8, apart)
+    np.testing.assert_allclose(lagging[41:43], [1.0 + 2.0 * 0.8, 1.0 + 2.0 * 0.64])  # it is coloured, too
+    for read, late in ((lagging, True), (level, False)):
+        off = read - level + 0.1 * serial.coloured(rng.standard_normal(200), 0.8, apart)
+        slopes, inputs = level[:, None], level[None]
+        assert rest(off, slopes, inputs, apart, 0.0).fits
+        found = rest(off, slopes, inputs, apart, 0.0, level)
+        assert found.late is late and found.fits is not late
+
+
 def test_too_few_readings_and_what_rounding_leaves():
     assert rest(np.zeros(4), np.ones((4, 1)), np.arange(4.0)[None], serial.gaps(None, 4), 0.0) is None
     off = np.tile([1e-12, -1e-12, 3e-12], 10)

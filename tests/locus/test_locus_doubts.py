@@ -22,7 +22,7 @@ def test_a_field_that_differs_and_stakes_solved_again():
     assert row.verdict == "differs" and row.low < 12.0 < row.high
     said = " ".join(doubts.sentences)
     assert "specific_energy alone explains grinding_power best" in said and "as believed, so" not in said
-    assert "Alone, ploughing_force, pressure and curvature_pressure cannot explain the readings: told" in said
+    assert "Alone, ploughing_force, pressure and curvature_pressure cannot explain the readings as" in said
     assert doubts["pressure"].low < 7.55 < doubts["pressure"].high  # with the energy fitted along
     assert any("work_rotation never changed" in each for each in doubts.sentences)
     assert doubts["u0"].verdict == "not told" and doubts["width"].verdict == "not told"
@@ -31,9 +31,23 @@ def test_a_field_that_differs_and_stakes_solved_again():
     assert stake.at_low == pytest.approx(again.cost, rel=1e-9)
 
 
+def test_a_value_is_not_told_alone_where_another_explains_more():
+    """Twelve rows with much noise refuse no single value; the curvature alone took the energy's part."""
+    few = {name: values[::2] for name, values in measured(PROBLEM.model, 3).items()}
+    few["grinding_power"] = PROBLEM.model.replace(specific_energy=12.0).grinding_power(
+        *list(few.values())[:3]
+    )
+    few["grinding_power"] = few["grinding_power"] + np.random.default_rng(3).normal(0.0, 5.0, 12)
+    assert locus.identify(few, "curvature_pressure", problem=PROBLEM).ok
+    row = PROBLEM.doubts(few)["curvature_pressure"]
+    assert row.note == "specific_energy fitted along" and row.low < 2.1e6 < row.high
+    four = {name: values[:4] for name, values in few.items()}  # too few for two values
+    assert PROBLEM.doubts(four)["specific_energy"].measured
+
+
 def test_a_true_model_differs_by_chance_only(monkeypatch):
     """5 % of 60 are 3; 10 at the most but once in a thousand, the fields of one log being alike."""
-    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows: (None, ()))
+    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows, pairs: (None, (), {}))
     said = [PROBLEM.doubts(measured(PROBLEM.model, seed))["specific_energy"].verdict for seed in range(60)]
     assert said.count("differs") <= 10 and said.count("not told") == 0
 
@@ -109,4 +123,38 @@ def test_pairs_that_the_readings_do_not_tell_apart():
         "Each of these pairs does: specific_energy and pressure; specific_energy and curvature_pressure;"
         in said
     )
-    assert "Of these pairs specific_energy and pressure explain it best" in said
+    assert "explain it best" not in said and "do not tell which of these pairs is the wrong one" in said
+    taken = PROBLEM.updated(locus.identify(read, ("specific_energy", "pressure"), problem=PROBLEM))
+    names = 'names being one of ("specific_energy", "pressure"); ("specific_energy", "curvature_pressure");'
+    assert f"(locus.identify(log, names, problem=problem)), {names}" in said
+    one, other = (
+        each for each in doubts.stakes if each.name.startswith("specific_energy and ") and np.isnan(each.low)
+    )
+    assert one.at_low == pytest.approx(locus.plan(taken).at(wear_flat_area=0.0072).cost, rel=1e-9)
+    assert other.at_low != pytest.approx(one.at_low, rel=1e-2)
+    speed = locus.plan(PROBLEM).at(wear_flat_area=0.0072).controls["work_rotation"]
+    assert f"work_rotation of the plan, {speed:.3g} rad/s, is beyond the readings, 10 rad/s" in said
+
+
+def test_each_response_is_explained_by_its_own_values(monkeypatch):
+    """A value of the power is wrong, and one of the roughness: neither alone explains both responses."""
+    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows, pairs: (None, (), {}))
+    rough = locus.processes.Roughness(roughness_max=8e-4, base=5e-4, exponent=0.4)
+    problem = PROBLEM.replace(
+        model=PROBLEM.model.replace(roughness=rough),
+        hidden=dict(PROBLEM.hidden) | {"dressing_state": (0.7, 1.4)},
+    )
+    read = stretch(PROBLEM.model.replace(specific_energy=12.0).grinding_power, 0)
+    read["dressing_state"] = np.linspace(1.0, 1.2, 120)
+    depth = np.pi * 60.0 * read["infeed_rate"] / 30e3
+    told = rough.replace(base=6e-4).roughness(depth, rough.lead, read["dressing_state"])
+    read["roughness"] = told + np.random.default_rng(5).normal(0.0, 2e-5, 120)
+    doubts = problem.doubts(read)
+    truth = {"specific_energy": 12.0, "ploughing_force": 0.962, "base": 6e-4, "exponent": 0.4}
+    for name, value in truth.items():
+        assert abs(doubts[name].told - value) < doubts[name].high - doubts[name].low, name  # four sds
+    said = " ".join(doubts.sentences)
+    assert "specific_energy alone explains grinding_power best" in said and "take another law" not in said
+    assert "do not tell which of base, chip_thickness, lead, lead_reference and depth_ratio is the" in said
+    alone = locus.identify(read, "base", problem=problem)  # the power does not depend on it
+    assert doubts["base"].told == alone.value[0] and alone.message == "roughness from 120 rows"

@@ -239,6 +239,10 @@ def test_a_narrow_small_work_and_the_heat_that_would_do():
     assert locus.plan(problem.replace(B=heat)).pieces
     with pytest.raises(ValueError, match="none was found"):
         locus.plan(problem.replace(B=0.98 * heat))
+    cold = locus.preset("grinding").replace(B=2.0)  # 4.57 would leave a point that no search finds
+    with pytest.raises(ValueError, match="B = ") as told:
+        locus.plan(cold)
+    assert locus.plan(cold.replace(B=float(re.search(r"B = (\S+) J", str(told.value))[1]))).pieces
 
 
 def test_a_plan_is_of_a_problem():

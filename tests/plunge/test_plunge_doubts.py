@@ -137,6 +137,24 @@ def of_the_model(problem, sd, seed):
     return data | {"size": size + np.random.default_rng(seed).normal(0.0, sd, ROWS)}
 
 
+def test_all_values_together_are_what_the_calls_plan():
+    """Area and force ratio of a machine that has others: the ratio alone takes the area's part of the lag."""
+    true = NOMINAL.replace(wear_flat_area=0.035, normal_force_ratio=7.0)
+    data = of_the_model(true, 3e-4, 3)
+    (cycle,) = cycles.cycles(data)
+    rate = contact.course(cycle, true.model).infeed_rate
+    data["grinding_power"] = np.where(rate > 0, true.model.grinding_power(np.maximum(rate, 1e-9)), 0.0)
+    doubts = NOMINAL.doubts(data)
+    sharp = NOMINAL.updated(plunge.identify(data, "wear_flat_area", problem=NOMINAL))
+    again = sharp.updated(plunge.identify(data, "normal_force_ratio", problem=sharp))
+    *_, alone, together = doubts.stakes
+    assert together.name == "all of them" and together.at_low == pytest.approx(plunge.plan(again).time)
+    assert together.at_low == pytest.approx(plunge.plan(true).time, rel=2e-3)
+    assert alone.name == "normal_force_ratio" and alone.at_high < 0.95 * together.at_low
+    (said,) = [each for each in doubts.sentences if "as sharp; then" in each]
+    assert float(re.search(r"the ratio is ([\d.]+)\.", said)[1]) == pytest.approx(7.0, rel=2e-3)
+
+
 def test_a_model_that_is_true_agrees_although_its_lag_is_not_linear():
     doubts = NOMINAL.doubts(of_the_model(NOMINAL, 5e-5, 0))
     for name in ("time_constant", "contact_zero", "normal_force_ratio"):

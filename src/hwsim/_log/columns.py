@@ -1,7 +1,8 @@
-"""Columns of the table of one part, and words for parts, for pictures and films."""
+"""Columns of the table of one part, outcomes that are told, and words for parts."""
 
 from collections.abc import Sequence
 from math import nan
+from typing import Any
 
 import numpy as np
 
@@ -30,3 +31,11 @@ def parts_named(log: PartLog) -> str:
     """Return words for all parts that a picture shows."""
     numbers = log.outcome.attrs.get(NUMBERS)
     return "Every part" if numbers is None else f"Parts {', '.join(map(str, numbers))}"
+
+
+def modelled(outcome: Any) -> Any:
+    """Return outcomes without roughness that its model drew beyond its range, where it tells none: NaN."""
+    if "extrapolated" not in outcome or "roughness_ra" not in outcome:
+        return outcome
+    known = outcome.roughness_ra.where(outcome.extrapolated == 0)
+    return outcome.assign(roughness_ra=known.assign_attrs(outcome.roughness_ra.attrs))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim._log.columns import modelled
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.means import half_interval
@@ -61,7 +62,7 @@ def compared(log: PartLog) -> "Figure":
 
     The means themselves are below each panel.
     """
-    outcome = log.outcome
+    outcome = modelled(log.outcome)
     names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _tells(v)]
     if not names:
         raise ValueError("the log holds nothing to draw: every controller made the same of every part")

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from hwsim._log.columns import modelled
 from hwsim._report.statistics import Promise
-from hwsim._report.worst import badness, broken_off, modelled, worst_part
+from hwsim._report.worst import badness, broken_off, worst_part
 from sdpgrind.base.checks import Floats
 
 # Plant -> module; a table, since a file must not name code to import

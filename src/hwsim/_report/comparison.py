@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from hwsim._log.columns import modelled
 from hwsim._report.charged import FAULTS, FLAGS, least_of
 from hwsim._report.statistics import counted_share, mean
-from hwsim._report.worst import broken_off, modelled, worst_part
+from hwsim._report.worst import broken_off, worst_part
 from sdpgrind.base.brief import counted, listed
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Picture, Sentences

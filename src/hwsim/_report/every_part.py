@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from hwsim._log.columns import modelled
 from hwsim._report.charged import FLAGS, charged_names
-from hwsim._report.worst import broken_off, modelled
+from hwsim._report.worst import broken_off
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Sentences
 

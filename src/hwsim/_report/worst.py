@@ -15,14 +15,6 @@ _FROM_ZERO = ("height",)  # both too much and too little is bad
 _KEPT = 1e-12  # relative; chosen: rounding of a constant outcome
 
 
-def modelled(outcome: Any) -> Any:
-    """Return outcomes without roughness that its model drew beyond its range, where it tells none: NaN."""
-    if "extrapolated" not in outcome or "roughness_ra" not in outcome:
-        return outcome
-    known = outcome.roughness_ra.where(outcome.extrapolated == 0)
-    return outcome.assign(roughness_ra=known.assign_attrs(outcome.roughness_ra.attrs))
-
-
 def worst_part(name: str, values: Floats) -> int | None:
     """Return the number of the worst part by an outcome; None: no part is worse, or it is a hidden truth."""
     if name.startswith("true_"):

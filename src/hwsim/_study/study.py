@@ -11,11 +11,13 @@ import numpy as np
 
 from hwsim._log.log import Log
 from hwsim._study.bench import Bench
+from hwsim.plants._finishing.beyond import unknown
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import ProgressOption, quiet
 from sdpgrind.base.rng import Seed, children
+from sdpgrind.base.warned import warn
 
 if TYPE_CHECKING:
     from hwsim.plants._finishing.plant import FinishingCell
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
 UNITS = {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"}
 ARRAY, REFERENCE = "L18", 0.01  # array; roughness at 0 dB, mm; source: Wang and Jan (2001)
+_MODEL = ("pattern", "tool_diameter", "normal_force")  # what the roughness model knows
 _TOLD = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation", "roughness_ra", "time")
 
 
@@ -222,14 +225,18 @@ def finishing_study(
     bench = Bench(cell, pitch, kind, method, None if folder is None else Path(folder))
     for name in pattern:
         bench.refuse_unknown(name)
-    *of_runs, of_confirmation = children(rng, len(_settings(factors)) + 1)
+    model, settings = cell.problem.model, _settings(factors)
+    if told := unknown(model, pattern[0], tool_diameter, normal_force):
+        warn(f"what the study finds of roughness is extrapolated: its model does not know {told}")
+    extrapolated = sum(not model.covers(*(each[name] for name in _MODEL)) for each in settings)
+    *of_runs, of_confirmation = children(rng, len(settings) + 1)
     logs = []
-    for k, setting in enumerate(_settings(factors)):
+    for k, setting in enumerate(settings):
         with one_blas_thread():
             logs.append(bench.finish(setting, replicates, of_runs[k], f"run-{k + 1:02d}"))
         progress((k + 1) / (len(of_runs) + 1), f"run {k + 1} of {len(of_runs)}")
     outcome = {name: np.array([log.outcome[name].values for log in logs]) for name in _TOLD}
-    study = _study(factors, outcome["roughness_ra"])
+    study = _study(factors, outcome["roughness_ra"], extrapolated)
     best = dict(study.best())
     kept = {name: level for name, level in best.items() if name not in study.best().arbitrary}
     log = bench.finish(best, confirm * replicates, of_confirmation, "confirm")
@@ -237,16 +244,18 @@ def finishing_study(
     return FinishingStudy(study, outcome, best, study.predict(kept, confirm=confirm), log)
 
 
-def _study(factors: Mapping[str, Any], roughness: Floats) -> "finishing.Study":
+def _study(factors: Mapping[str, Any], roughness: Floats, extrapolated: int = 0) -> "finishing.Study":
+    """Study of the readings, mm; its name says in how many runs the model is extrapolated."""
     from sdpgrind import finishing
 
+    beyond = f", extrapolated in {extrapolated} of {len(roughness)} runs"
     return finishing.Study(
         ARRAY,
         factors,
         roughness,
         columns=(1, 2, 3, 4),
         reference=REFERENCE,
-        name="roughness R_a",
+        name="roughness R_a" + beyond * bool(extrapolated),
         unit="mm",
         units=UNITS,
     )

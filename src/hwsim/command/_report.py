@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from hwsim._report.worst import GAVE_UP, broken_off, modelled, worst_part
+from hwsim._log.columns import modelled
+from hwsim._report.worst import GAVE_UP, broken_off, worst_part
 from sdpgrind.base.brief import counted
 
 if TYPE_CHECKING:

@@ -20,24 +20,43 @@ _ROUNDS = 2  # chosen: fits with a new correlation, as of every fit with noise o
 
 
 class Rest(NamedTuple):
-    """Standard deviations about the model and of the noise; probability of such a rest by noise alone."""
+    """Standard deviations about the model and of the noise; probability of such a rest by noise alone.
+
+    `of_changes`: probability of what follows changes of the response, by noise alone.
+    """
 
     sd: float
     noise_sd: float
     chance: float
+    of_changes: float = 1.0
 
     @property
     def fits(self) -> bool:
         """Whether noise explains the rest, or all of it but a small part."""
         return self.chance >= _RARELY or self.sd**2 <= _WORSE * self.noise_sd**2
 
+    @property
+    def late(self) -> bool:
+        """Whether the readings follow changes of the response late, or early."""
+        return self.of_changes < _RARELY
 
-def rest(residual: Floats, slopes: Floats, inputs: Floats, apart: Floats, least: float) -> Rest | None:
+
+def rest(
+    residual: Floats,
+    slopes: Floats,
+    inputs: Floats,
+    apart: Floats,
+    least: float,
+    response: Floats | None = None,
+) -> Rest | None:
     """Return the rest of a fit against a smooth surface over the inputs; None: too few readings.
 
     What such a surface takes from the residuals depends on the inputs and is no noise (F test). The noise is
     of first order, with the correlation that it has about the surface, at both ends of its 95 % interval: too
     small a correlation makes the noise a slow change of the inputs, too great a one a fast change.
+
+    A gauge of first order lags, by as much as it makes its noise resemble: -rho (f_k - f_k-1) is then in each
+    residual e_k - rho e_k-1. Changes of the response f are a term of their own therefore.
 
     Parameters
     ----------
@@ -51,28 +70,46 @@ def rest(residual: Floats, slopes: Floats, inputs: Floats, apart: Floats, least:
         Steps before each reading, as `serial.gaps` gives them.
     least : float
         Least standard deviation of the noise: what a gauge rounds.
+    response : array, shape (n,), optional
+        Response of the model in the order of time. Default: no order.
     """
     own, both = _unit(slopes), np.hstack([_unit(slopes), _surface(inputs)])
-    if residual.size < _rank(both) + _SPARE:
+    changes = np.zeros((residual.size, 0)) if response is None else _changes(response, apart)
+    terms = _rank(np.hstack([both, changes]))
+    if residual.size < terms + _SPARE:
         return None
     left, rho = residual, 0.0
     for _ in range(_ROUNDS):
-        left = residual - both @ _solved(serial.filtered(both.T, rho, apart).T, residual, rho, apart)
-        rho = serial.correlation(left, _rank(both), apart)
-    noise = max(float(left @ left) / (residual.size - _rank(both)), least**2)
+        late = [serial.coloured(column, rho, apart) for column in changes.T]
+        columns = np.column_stack([both, *late])
+        left = residual - columns @ _solved(serial.filtered(columns.T, rho, apart).T, residual, rho, apart)
+        rho = serial.correlation(left, terms, apart)
+    noise = max(float(left @ left) / (residual.size - terms), least**2)
     about = float(residual @ residual) / max(residual.size - _rank(own), 1)
     off = _WIDER * float(np.sqrt((1 - rho**2) / residual.size))
     ends = max(rho - off, 0.0), min(rho + off, serial.MOST)
-    chance = max(_chance(residual, own, both, (end, apart, least)) for end in ends)
-    return Rest(about**0.5, noise**0.5, chance)
+    chance, of_changes = (
+        max(_chance(residual, rows, both, changes, (end, apart, least)) for end in ends)
+        for rows in (own, both)
+    )
+    return Rest(about**0.5, noise**0.5, chance, of_changes)
 
 
-def _chance(residual: Floats, own: Floats, both: Floats, noise: tuple[float, Floats, float]) -> float:
-    """Probability that noise alone gives the surface as much of the squares."""
+def _changes(response: Floats, apart: Floats) -> Floats:
+    """Change of the response since the reading before, (n, 1); 0 for the first of a series."""
+    change = np.diff(response, prepend=response[:1])
+    return _unit(np.where(np.isfinite(apart), change, 0.0)[:, None])
+
+
+def _chance(
+    residual: Floats, rows: Floats, both: Floats, changes: Floats, noise: tuple[float, Floats, float]
+) -> float:
+    """Probability that noise alone gives surface and changes as much of the squares that `rows` leave."""
     rho, apart, least = noise
     white = serial.filtered(residual, rho, apart)
+    every = np.hstack([serial.filtered(both.T, rho, apart).T, changes])
     (without, few), (with_it, many) = (
-        _square(white, serial.filtered(rows.T, rho, apart).T) for rows in (own, both)
+        _square(white, columns) for columns in (serial.filtered(rows.T, rho, apart).T, every)
     )
     if many == few:
         return 1.0

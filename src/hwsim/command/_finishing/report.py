@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._report.worst import modelled
+from hwsim._log.columns import modelled
 from hwsim.command._report import CommandReport, Finished, summary_line
+from hwsim.plants._finishing.beyond import unknown
 from sdpgrind.base.brief import counted
 from sdpgrind.base.units import UM
 
@@ -23,7 +24,6 @@ _COLUMNS = (
     ("feed", ".2f"), ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
 )  # fmt: skip
 
-_KNOWN = "zigzag"  # a pattern that each roughness model knows
 _SLOW = 1 / 3  # chosen: share of the feed rate; a law that holds the speed only where it must is far above
 
 
@@ -110,16 +110,8 @@ def _expected(problem: Any, force: float) -> float | None:
 
 def beyond_line(problem: Any, force: float) -> str:
     """Sentence on what of pattern, tool and force (N) the roughness model does not know; empty: it does."""
-    model, pattern, tool = problem.model, problem.path.pattern, problem.tool_diameter
-    if model.covers(pattern, tool, force):
-        return ""
-    tools, forces = model.tool_diameter_range, model.normal_force_range
-    found = [] if model.covers(pattern, tools[0], forces[0]) else [f"pattern {pattern}"]
-    if not model.covers(_KNOWN, tool, forces[0]):
-        found.append(f"a tool of {tool:g} mm ({tools[0]:g} to {tools[1]:g} mm)")
-    if not model.covers(_KNOWN, tools[0], force):
-        found.append(f"a force of {force:g} N ({forces[0]:g} to {forces[1]:g} N)")
-    return f"no roughness is told: its model does not know {' or '.join(found)}"
+    found = unknown(problem.model, problem.path.pattern, [problem.tool_diameter], [force])
+    return f"no roughness is told: its model does not know {found}" if found else ""
 
 
 report = CommandReport(_COLUMNS, _SHORT, _head, _summary)

@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._log.columns import part_named, parts_named
+from hwsim._log.columns import modelled, part_named, parts_named
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
+from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.units import UM
 
@@ -104,30 +105,13 @@ def _from_above(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
 
 
 def _parts(axis: Any, log: PartLog) -> None:
-    """Roughness of each part; hollow beyond the model's range."""
-    out, parts = log.outcome, np.arange(len(log))
-    rough, stretched = UM * out.roughness_ra.values, out.extrapolated.values != 0
-    axis.plot(parts, rough, "-", color=_TRUE, lw=0.8, alpha=0.5)
-    axis.plot(parts[~stretched], rough[~stretched], "o", color=_TRUE, ms=4)
-    axis.plot(
-        parts[stretched],
-        rough[stretched],
-        "o",
-        color=_TRUE,
-        ms=4,
-        mfc="none",
-        label="beyond the model's range",
-    )
-    if np.isnan(rough).all():
-        axis.annotate(
-            "the model does not know this pattern",
-            (0.5, 0.5),
-            xycoords="axes fraction",
-            ha="center",
-            color=_BAD,
-        )
-    elif stretched.any():
-        pictures.legend(axis)
+    """Roughness of each part, where its model knows it."""
+    rough = UM * modelled(log.outcome).roughness_ra.values
+    axis.plot(np.arange(len(log)), rough, "o-", color=_TRUE, lw=0.8, ms=4)
+    if beyond := int(np.isnan(rough).sum()):
+        where = {"xycoords": "axes fraction", "ha": "center", "color": _BAD}
+        words = f"{beyond} of {counted(rough.size, 'part')}: beyond the roughness model"
+        axis.annotate(words, (0.5, 0.5), **where)
     axis.set(
         xlabel="part",
         ylabel="roughness Ra [µm]",

@@ -9,6 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.doubts.words import amount
 
 _COMMON = 0.02  # chosen: share of a step by which multiples may be off; rounding of files is far less
+_EXACT = 1e-4  # chosen: share of a step by which multiples are off at least, so that two or three prove none
 _PARTS = 20  # chosen: finest part of the least difference that is tried as the step
 _CHANCE = 1e-6  # chosen: probability that readings without a step look like multiples of one
 _PILED = 3  # chosen: least number of readings at the greatest value that shows clipping
@@ -36,8 +37,9 @@ def step_of(readings: Floats) -> float:
         step = float(apart.min()) / part
         multiples = apart / step
         counts = apart if repeated else np.unique(np.rint(multiples))  # an even ramp has one difference
-        by_chance = (2 * _COMMON) ** (counts.size - 1) * part
-        if np.all(np.abs(multiples - np.rint(multiples)) < _COMMON) and by_chance < _CHANCE:
+        off = float(np.max(np.abs(multiples - np.rint(multiples))))
+        by_chance = (2 * max(off, _EXACT)) ** (counts.size - 1) * part  # that so many are as close as these
+        if off < _COMMON and by_chance < _CHANCE:
             return float(np.median(apart / np.rint(multiples)))
     return 0.0
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind.base.brief import counted, listed
 from sdpgrind.base.doubts.rows import ASSUMED, DIFFERS, NOT_TOLD, Doubt
-from sdpgrind.base.doubts.stakes import ALL, Figure, Stake
+from sdpgrind.base.doubts.stakes import Figure, Stake
 from sdpgrind.base.doubts.words import probability, significant, to_spread
 from sdpgrind.base.text_table import aligned
 
@@ -157,7 +157,7 @@ def _stake(figure: Figure, stake: Stake) -> tuple[str, ...]:
         for at in (stake.at_low, stake.at_high)
     ]
     ends = [f"{to_spread(end, half)}: {at}" for end, at in zip((stake.low, stake.high), shown, strict=True)]
-    if stake.name == ALL:
+    if np.isnan(stake.low):
         ends = [f"each as told: {shown[0]}", ""]
     most = max((at - figure.value for at in found), key=abs, default=np.nan)
     most = 0.0 if abs(most) < _ROUNDING * abs(figure.value) else most

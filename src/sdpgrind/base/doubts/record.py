@@ -53,8 +53,8 @@ class Doubts(Reported, Record):
         What a plan is judged by: ``name``, ``unit``, ``value`` with the believed model.
     stakes : tuple
         The plan solved again at both ends of each interval, largest change first: ``name``, ``low``,
-        ``high``, and the figure ``at_low``, ``at_high``. Last, where an area has it, "all of them": with all
-        these values as told.
+        ``high``, and the figure ``at_low``, ``at_high``. Last those of several values as told: "all of them",
+        or of a locus the pairs that explain the readings.
     source : Source or None
         Origin of the data: files with their SHA-256; None: not read from a file.
     parts : tuple of str

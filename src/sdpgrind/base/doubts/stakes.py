@@ -26,7 +26,7 @@ class Figure(NamedTuple):
 class Stake(NamedTuple):
     """Figure of the plan at both ends of the interval of a value; NaN: no plan, for the `reason`.
 
-    That of `ALL` values together has no interval, ends of NaN and the same figure at both.
+    That of several values together has no interval, ends of NaN and the same figure at both.
     """
 
     name: str
@@ -39,8 +39,8 @@ class Stake(NamedTuple):
 
     def change(self, believed: float) -> float:
         """Greatest difference between the plans at both ends and that of the believed value."""
-        values = [value for value in (self.at_low, self.at_high, believed) if np.isfinite(value)]
-        return max(values) - min(values) if len(values) > 1 else np.inf
+        found = [abs(value - believed) for value in (self.at_low, self.at_high) if np.isfinite(value)]
+        return max(found, default=np.inf)
 
 
 def stakes(
@@ -71,9 +71,14 @@ def together(found: Sequence[Stake], solved: Callable[[], float | None], note: s
     """
     if len(found) < 2:
         return tuple(found)
+    return (*found, jointly(ALL, solved, note))
+
+
+def jointly(name: str, solved: Callable[[], float | None], note: str = "") -> Stake:
+    """Return the stake of several values as told; see `together`."""
     value, why = _tried(solved)
     at = np.nan if value is None else value
-    return (*found, Stake(ALL, "", np.nan, np.nan, at, at, why or note))
+    return Stake(name, "", np.nan, np.nan, at, at, why or note)
 
 
 def _tried(solved: Callable[[], float | None]) -> tuple[float | None, str]:

@@ -160,7 +160,7 @@ def _not_free(time: Floats, left: Floats, count: float) -> str:
     if not (smooth and rms > _FREE * rounding) and np.abs(left).max() <= max(count, _SIGMAS * rms):
         return ""
     told = f"readings are off by {rms:.2g} rad, rounding explains {rounding:.2g}"
-    return f"the motion is not free ({told}): end it before touch-down, or look at the current"
+    return f"the motion is not free ({told}): end it before touch-down, or look at the current and the axis"
 
 
 def _noise(time: Floats, left: Floats, weights: Floats) -> float:

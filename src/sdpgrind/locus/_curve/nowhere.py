@@ -109,7 +109,7 @@ def _with(problem: Problem, values: Floats, name: str, value: float) -> tuple[Fl
 
 
 def _beyond(needed: float, value: float) -> float:
-    """Number of few digits, on the far side of the needed one."""
+    """Number of few digits, by one of the last digit or more beyond the needed one: a point is no stretch."""
     unit = 10.0 ** (math.floor(math.log10(abs(needed) or 1.0)) + 1 - _DIGITS)
-    rounded = math.ceil if needed > value else math.floor
-    return rounded(needed / unit) * unit
+    further, rounded = (1, math.ceil) if needed > value else (-1, math.floor)
+    return (rounded(needed / unit) + further) * unit

@@ -1,7 +1,8 @@
 """Doubts about the model of a locus: each of its fields against the measured responses."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,11 +15,12 @@ from sdpgrind.base.tables import command_in, table_of
 from sdpgrind.identify import Estimate, Status
 from sdpgrind.locus._doubts import cost, sets
 from sdpgrind.locus._doubts.sets import FieldRow
-from sdpgrind.locus._identify import identify
+from sdpgrind.locus._identify import identify, moved
 from sdpgrind.locus._problem.problem import Problem
 
 _FACTS = ("wheel_diameter", "work_diameter", "width", "wheel_speed")
 _FACT = "the drawing or the machine; responses show it only mixed with the coefficients"
+_SAME = 1e-9  # chosen: relative; less is rounding
 _EXACT = 1e-9  # chosen: rest of a response over its size; less is rounding
 _UNMOVED = "another response: those that were measured do not depend on it"
 
@@ -30,17 +32,22 @@ def doubts(problem: Problem, data: Any) -> Doubts:
     if not measured:
         known, held = ", ".join(problem.responses), ", ".join(map(str, table)) or "nothing"
         raise ValueError(f"data must hold a response, {known}; they hold {held}")
-    alone = [_row(problem, data, *each) for each in numbers(problem.model)]
-    by = _explaining(problem, data, alone, table[measured[0]]) if len(measured) == 1 else []
-    found = [sets.told_along(each, by, lambda names: _identified(problem, data, names)) for each in alone]
-    rows = [each.row for each in found]
-    reader = reader_of(data, table)
-    figure, stakes = cost.of_plan(problem, found)
-    sentences = [
-        *_explained(problem, alone, by, measured),
-        *_readings(problem, table, measured),
-        *_ranges(problem, table),
+    fields = numbers(problem.model)
+    alone = {each[0]: _row(problem, data, *each) for each in fields}
+    each = [
+        _explained(problem, data, table, name, [alone[field] for field in of])
+        for name, of in _by_response(problem, fields, measured).items()
     ]
+    found = alone | {one.row.name: one for explained in each for one in explained.rows}
+    reader = reader_of(data, table)
+    pairs = [pair for explained in each for pair in explained.pairs]
+    figure, stakes, planned = cost.of_plan(problem, list(found.values()), pairs)
+    sentences = [
+        *dict.fromkeys(words for explained in each for words in explained.sentences),
+        *_readings(problem, table, measured),
+        *_ranges(problem, table, planned),
+    ]
+    rows = [one.row for one in found.values()]
     subject = f"optimal locus, {np.size(table[measured[0]])} rows of {' and '.join(measured)}"
     return Doubts(subject, (*rows, *reader.rows), sentences, None, figure, stakes)
 
@@ -62,21 +69,34 @@ def _identified(problem: Problem, data: Any, names: Sequence[str]) -> Estimate:
     return identify(data, names, problem=problem, throw=False)
 
 
-def _explaining(problem: Problem, data: Any, alone: Sequence[FieldRow], response: Any) -> list[Estimate]:
-    """Estimates that follow the only response that was measured."""
-    least = _EXACT * float(np.nanmax(np.abs(np.asarray(response, dtype=float)), initial=0.0))
-    return sets.explaining(alone, lambda names: _identified(problem, data, names), least)
+class _Explained(NamedTuple):
+    """Rows of the fields that one response tells, pairs that explain it, and sentences."""
+
+    rows: list[FieldRow]
+    pairs: list[Estimate]
+    sentences: list[str]
+
+
+def _by_response(problem: Problem, fields: Sequence[Any], measured: Sequence[str]) -> dict[str, list[str]]:
+    """Names of the fields that move one measured response alone, by its name."""
+    found: dict[str, list[str]] = {name: [] for name in measured}
+    for name, *_ in fields:
+        of = [each for each in moved(problem, name) if each in found]
+        if len(of) == 1 and name not in _FACTS:
+            found[of[0]].append(name)
+    return found
 
 
 def _explained(
-    problem: Problem, alone: Sequence[FieldRow], by: Sequence[Estimate], measured: Sequence[str]
-) -> list[str]:
-    """Sentences on what the intervals rest on, and on the values that explain the readings."""
-    if len(measured) == 1:
-        return sets.sentences(alone, by, measured[0], problem.unit(measured[0]))
-    if any(each.fits and each.row.measured for each in alone):
-        return [sets.AS_BELIEVED]
-    return sets.none_of(alone, f"No single value explains {' and '.join(measured)}")
+    problem: Problem, data: Any, table: Any, response: str, alone: Sequence[FieldRow]
+) -> _Explained:
+    """What explains a response of the fields that move no other one."""
+    read, fit = np.asarray(table[response], dtype=float), partial(_identified, problem, data)
+    least = _EXACT * float(np.nanmax(np.abs(read), initial=0.0))
+    by = sets.explaining(alone, fit, least, int(np.isfinite(read).sum()))
+    rows = [sets.told_along(each, by, fit) for each in alone]
+    pairs = by if by and len(by[0].names) > 1 else []
+    return _Explained(rows, pairs, sets.sentences(alone, by, response, problem.unit(response)))
 
 
 def _readings(problem: Problem, table: Any, measured: list[str]) -> list[str]:
@@ -90,9 +110,9 @@ def _readings(problem: Problem, table: Any, measured: list[str]) -> list[str]:
     return [sentence for sentence in found if sentence]
 
 
-def _ranges(problem: Problem, table: Any) -> list[str]:
-    """Sentences on controls and hidden states beyond their ranges, and on those that never changed."""
-    found, still = [], []
+def _ranges(problem: Problem, table: Any, planned: Mapping[str, float]) -> list[str]:
+    """Sentences on controls and hidden states beyond their ranges, or the plan beyond them; on those held."""
+    found, still, beyond = [], [], []
     for name, (low, high) in {**problem.controls, **problem.hidden}.items():
         if command_in(table, name) not in table:
             continue
@@ -103,8 +123,14 @@ def _ranges(problem: Problem, table: Any) -> list[str]:
             found.append(
                 f"{name} was {least:.4g} to {most:.4g} {unit}; the problem allows {low:.4g} to {high:.4g}."
             )
-        if most - least <= 1e-9 * abs(most):
+        if most - least <= _SAME * abs(most):
             still.append(name)
+        if name in planned and not least * (1 - _SAME) <= planned[name] <= most * (1 + _SAME):
+            span = " to ".join(dict.fromkeys(f"{end:.3g}" for end in (least, most)))
+            at, read = (f"{words} {problem.unit(name)}".rstrip() for words in (f"{planned[name]:.3g}", span))
+            beyond.append(f"{name} of the plan, {at}, is beyond the readings, {read}")
     if still:
         found.append(f"{' and '.join(still)} never changed: a second level would tell apart what acts alike.")
+    if beyond:
+        found.append(f"{'; '.join(beyond)}: there its responses rest on the law alone.")
     return found

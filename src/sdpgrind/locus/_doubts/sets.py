@@ -4,8 +4,11 @@ from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
+import numpy as np
+
 from sdpgrind.base.brief import listed
 from sdpgrind.base.doubts.advice import to_plan_with
+from sdpgrind.base.doubts.alignment import preferred
 from sdpgrind.base.doubts.rows import DIFFERS, Doubt, compared
 from sdpgrind.base.doubts.words import amount
 from sdpgrind.identify import Estimate, Status
@@ -18,7 +21,7 @@ AS_BELIEVED = (
 )
 _ELSE = (
     "The law does not follow these readings, so they tell none of its values: check units and columns, leave"
-    " out approach and touch-in, or take another law."
+    " out approach, touch-in and rows that still follow a change, or take another law."
 )
 
 
@@ -44,29 +47,46 @@ class FieldRow(NamedTuple):
         return self.estimate is not None and self.estimate.status is not Status.UNDETERMINED
 
 
-def explaining(alone: Sequence[FieldRow], identified: Identified, least: float) -> list[Estimate]:
-    """Return estimates that follow the responses, best first: of one field, else of pairs; empty: none does.
+def explaining(
+    alone: Sequence[FieldRow], identified: Identified, least: float, readings: int
+) -> list[Estimate]:
+    """Return the estimates that follow the responses best: of one field, else of pairs; empty: none does.
 
-    `least`: standard deviation of the rest that is rounding.
+    Best first, and of the others those that the readings do not tell from it, see `preferred`. `least`:
+    standard deviation of the rest that is rounding.
     """
     found = [each.estimate for each in alone if each.fits and each.estimate is not None]
     if not found and any(each.unfit for each in alone):
         pairs = combinations([each.row.name for each in alone if each.moves], 2)
         found = [estimate for estimate in map(identified, pairs) if estimate.ok]
-    return sorted(found, key=lambda each: float(f"{max(each.noise_sd, least):.6g}"))  # equal ones as declared
+    found = sorted(found, key=lambda each: float(f"{_left(each, least):.6g}"))  # equal ones as declared
+    squares = [readings * _left(each, least) ** 2 for each in found]
+    return [
+        each
+        for each, square in zip(found, squares, strict=True)
+        if not preferred({"best": squares[0], "other": square}, readings).sure
+    ]
+
+
+def _left(each: Estimate, least: float) -> float:
+    """Standard deviation of the rest without its correlation, by which estimates are as likely."""
+    return max(each.noise_sd * float(np.sqrt(1 - each.noise_correlation**2)), least)
 
 
 def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -> FieldRow:
-    """Row of a field that does not fit alone, with those fitted along that explain the responses best."""
+    """Row of a field that explains less alone, with those fitted along that explain the responses best."""
     row = each.row
-    if not each.unfit:
+    if not _explains_less(each, by):
         return each
     if not by:
         misfit = each.estimate is not None and each.estimate.status is Status.MISFIT
         return FieldRow(row._replace(note=_MISFIT)) if misfit else each
     holding = [each for each in by if row.name in each.names]
     names = holding[0].names if holding else by[0].names
-    found = holding[0] if holding else identified((*names, row.name))
+    try:
+        found = holding[0] if holding else identified((*names, row.name))
+    except ValueError:  # too few readings for one value more
+        return each
     if found.status is Status.UNDETERMINED:
         return FieldRow(row._replace(note=f"in these readings it acts like {listed(names)}"))
     return FieldRow(
@@ -74,21 +94,41 @@ def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -
     )
 
 
+def _explains_less(each: FieldRow, by: Sequence[Estimate]) -> bool:
+    """Whether a field does not follow the responses alone, or another one follows them better."""
+    return each.unfit or (each.fits and not any(each.estimate is one for one in by))
+
+
 def sentences(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit: str) -> list[str]:
     """Sentences on what the intervals rest on, and on the values that explain the response."""
     if not by:
         return none_of(alone, f"Neither a single value nor a pair explains {response}")
     if len(by[0].names) > 1:
-        return [*_pair(alone, by, response, unit), *to_plan_with([_call(by[0].names)])]
-    told = {each.row.name: each.row.verdict for each in alone if each.fits and each.row.measured}
+        return [*_pair(alone, by, response, unit), *_advice(by)]
+    told = {one.names[0] for one in by}
+    rows = [each.row for each in alone if each.row.name in told and each.row.measured]
     along = _along(alone, by)
-    words = [AS_BELIEVED] * (len(told) > bool(along)) + along
-    best = next((each for each in by if told.get(each.names[0]) == DIFFERS), None)
-    if best is None:
+    words = [AS_BELIEVED] * (len(rows) > bool(along)) + along
+    differing = [one for one in by if any(row.name in one.names and row.verdict == DIFFERS for row in rows)]
+    if not differing:
         return words
-    left = amount(best.noise_sd, unit)
-    explains = f"{best.names[0]} alone explains {response} best (sd of the rest {left})"
-    return [*words, f"Of those that differ, {explains}.", *to_plan_with([_call(best.names)])]
+    left = _of_rest(differing[0], unit)
+    if len(differing) == 1:
+        best = f"Of those that differ, {differing[0].names[0]} alone explains {response} best {left}."
+    else:
+        best = _not_told_apart(listed([one.names[0] for one in differing]), left)
+    return [*words, best, *_advice(differing)]
+
+
+def _not_told_apart(which: str, left: str) -> str:
+    return (
+        f"The readings do not tell which of {which} is the wrong one, as each explains them as well"
+        f" {left}; the plan with each is told below."
+    )
+
+
+def _of_rest(each: Estimate, unit: str) -> str:
+    return f"(sd of the rest {amount(each.noise_sd, unit)})"
 
 
 def none_of(alone: Sequence[FieldRow], words: str) -> list[str]:
@@ -96,34 +136,46 @@ def none_of(alone: Sequence[FieldRow], words: str) -> list[str]:
     return [f"{words}: {_nearest(alone)}. {_ELSE}"] if any(each.unfit for each in alone) else []
 
 
-def _call(names: Sequence[str]) -> str:
+def _advice(equal: Sequence[Estimate]) -> list[str]:
+    """Sentence with the call that plans with one of the estimates."""
+    names = [_quoted(each.names) for each in equal]
+    if len(names) == 1:
+        return to_plan_with([_call(names[0])])
+    (told,) = to_plan_with([_call("names")])
+    return [f"{told.removesuffix('.')}, names being one of {'; '.join(names)}."]
+
+
+def _call(names: str) -> str:
+    return f"locus.identify(log, {names}, problem=problem)"
+
+
+def _quoted(names: Sequence[str]) -> str:
     quoted = ", ".join(f'"{name}"' for name in names)
-    return f"locus.identify(log, {quoted if len(names) == 1 else f'({quoted})'}, problem=problem)"
+    return quoted if len(names) == 1 else f"({quoted})"
 
 
 def _along(alone: Sequence[FieldRow], by: Sequence[Estimate]) -> list[str]:
-    """Sentence on the fields that do not fit alone, where one does."""
-    names = [each.row.name for each in alone if each.unfit]
+    """Sentence on the fields that explain less alone than one does."""
+    names = [each.row.name for each in alone if _explains_less(each, by)]
     if not names:
         return []
-    return [f"Alone, {listed(names)} cannot explain the readings: told with {by[0].names[0]} fitted along."]
+    best = by[0].names[0]
+    return [f"Alone, {listed(names)} cannot explain the readings as {best} does: told with it fitted along."]
 
 
 def _pair(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit: str) -> list[str]:
     """Sentences on the pair that explains a response which no field explains alone."""
-    names, left = listed(by[0].names), amount(by[0].noise_sd, unit)
+    names, left = listed(by[0].names), _of_rest(by[0], unit)
     words = [f"No single value explains {response}: {_nearest(alone)}."]
     if len(by) == 1:
-        together = (
-            f"{names} together do (sd of the rest {left}): each value is told with these two fitted along"
-        )
+        together = f"{names} together do {left}: each value is told with these two fitted along"
         return [*words, f"{together}, the others as believed, and so is its plan."]
     pairs = "; ".join(listed(each.names) for each in by)
     return [
         *words,
-        f"Each of these pairs does: {pairs}. A value is told in the best pair that holds it, the others as"
+        f"Each of these pairs does: {pairs}. A value is told in the first pair that holds it, the others as"
         " believed, so one wrong pair makes several values differ: take over one pair, not all.",
-        f"Of these pairs {names} explain it best (sd of the rest {left}).",
+        _not_told_apart("these pairs", left),
     ]
 
 

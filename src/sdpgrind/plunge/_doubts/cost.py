@@ -1,11 +1,11 @@
 """Time of the plunge cycle, planned again at both ends of each interval."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from sdpgrind.base import checks
 from sdpgrind.base.doubts.rows import Doubt
-from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
+from sdpgrind.base.doubts.stakes import Figure, Stake, stakes, together
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._model.time_constants import with_time_constant
 from sdpgrind.plunge._plan.plan import plan
@@ -16,10 +16,18 @@ _SOLVED = {"exact": "exact", "dp": f"dp, {_STEPS} steps", "collocation": f"collo
 _OF_THE_PLAN = ("linear_time_constant", "normal_force_ratio", "wear_flat_area")
 
 
-def of_plan(problem: CycleProblem, rows: Sequence[Doubt]) -> tuple[Figure, tuple[Stake, ...]]:
-    """Return the time of the cycle as believed, s, and at the ends of each interval."""
+def of_plan(
+    problem: CycleProblem, rows: Sequence[Doubt], updated: Callable[[], CycleProblem] | None, note: str = ""
+) -> tuple[Figure, tuple[Stake, ...]]:
+    """Return the time of the cycle as believed, s, at the ends of each interval, and with all values.
+
+    `updated`: the problem with all of them, None: there is no such one; `note`: how its plan differs besides.
+    """
     figure = Figure("cycle time", "s", _time(problem), f"method {_SOLVED[_method(problem)]}")
-    return figure, stakes(rows, figure, lambda name, value: _with(problem, name, value))
+    found = stakes(rows, figure, lambda name, value: _with(problem, name, value))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return figure, found if updated is None else together(found, lambda: _time(updated()), note)
 
 
 def _with(problem: CycleProblem, name: str, value: float) -> float | None:

@@ -46,6 +46,9 @@ HINTS = {
 """Experiment that would tell a number of the model."""
 
 _IDENTIFY = 'plunge.identify(log, "time_constant")'
+_AREA = 'plunge.identify(log, "wear_flat_area", problem=problem)'
+_RATIO = 'plunge.identify(log, "normal_force_ratio", problem=problem)'
+_LAG = "with the time constant for the lag"
 _ON_THE_DEFLECTION = (contact.CONTACT[0], contact.RATIO[0], sharpness.NAME)
 _MISFIT = "a model whose deflection fits the sizes; a linear lag fits these better"
 
@@ -62,13 +65,22 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
     by_model = law is not None and law.best == MODEL
     if aligned and deflected and by_model:
         aligned = alignment.by_model(aligned, usable, reader.commands_at, problem, deflected)
-    lag = contact.secant if by_model else lambda cycle, _: by_output_error(cycle)
-    tau = mean_of_parts(each, lambda cycle: lag(cycle, problem), NAME, UNIT)
-    told = _told(problem, each, tau, _SAME if by_model else _LINEAR)
+    of = contact.secant if by_model else lambda cycle, _: by_output_error(cycle)
+    tau = mean_of_parts(each, lambda cycle: of(cycle, problem), NAME, UNIT)
+    area = _area(problem, each)
+    told = _told(problem, each, tau, area, _SAME if by_model else _LINEAR)
     if law and law.sure and not by_model:
         told = [_not_to_rely_on(row) for row in told]
     model = complete(told, problem.model, HINTS)
-    figure, stakes = cost.of_plan(problem, [row for row in model if row.note != _SAME])
+    measured = {row.name for row in model if row.measured}
+    sharp = problem.updated(area) if area and sharpness.NAME in measured else problem
+    lag = _ratio(sharp, each) if by_model else tau
+    figure, stakes = cost.of_plan(
+        problem,
+        [row for row in model if row.note != _SAME],
+        (lambda: sharp.updated(lag)) if lag.ok else None,
+        _LAG if contact.RATIO[0] in measured and not by_model else "",
+    )
     sentences = [fault(cycle) for cycle in each if fault(cycle)]
     if aligned:
         sentences += [
@@ -77,7 +89,7 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
         sentences += of_readings(usable, aligned.fit, deflected if by_model else None)
         sentences += of_models(usable, aligned.fit, deflected)
         sentences += against_the_problem(problem, usable, figure)
-        sentences += _into_the_plan(problem, tau, by_model)
+        sentences += _into_the_plan(problem, lag, sharp is not problem)
         sentences += experiments.sentences(usable, aligned, tau)
     return Doubts(
         _subject(each), (*model, *reader.rows), sentences, aligned and aligned.alignment, figure, stakes
@@ -91,23 +103,48 @@ def _not_to_rely_on(row: Doubt) -> Doubt:
     return untold(row.name, row.unit, row.believed, _MISFIT)
 
 
-def _into_the_plan(problem: CycleProblem, tau: Estimate, by_model: bool) -> list[str]:
-    """Sentence with the call that plans with what is told of the lag."""
-    if not tau.ok:
+def _into_the_plan(problem: CycleProblem, lag: Estimate, sharp: bool) -> list[str]:
+    """Sentence with the calls that plan with what is told of the lag, and of the area where that is told.
+
+    The area comes first: the deflection, which the lag scales, depends on it.
+    """
+    if not lag.ok:
         return []
+    by_model = lag.names == contact.RATIO[:1]
+    if by_model and sharp:
+        (call,) = to_plan_with([_AREA])
+        return [
+            f"{call.removesuffix('.')}, as sharp; then sharp.updated({_RATIO.replace('=problem', '=sharp')}):"
+            f" with the area told here the ratio is {lag.value[0]:.4g}."
+        ]
+    (call,) = to_plan_with([*[_AREA] * sharp, _RATIO if by_model else _IDENTIFY])
     if by_model:
-        return to_plan_with(['plunge.identify(log, "normal_force_ratio", problem=problem)'])
-    (call,) = to_plan_with([_IDENTIFY])
+        return [call]
     if problem.model.linear_time_constant is not None:
         return [call]
-    linear = f"problem.replace(linear_time_constant={tau.value[0]:.4g}).updated({_IDENTIFY})"
+    linear = f"problem.replace(linear_time_constant={lag.value[0]:.4g}).updated({_IDENTIFY})"
     return [
         f"{call} It scales the deflection of the model to the time constant; {linear} puts a linear lag in"
         " its place, for the plan and the controller."
     ]
 
 
-def _told(problem: CycleProblem, each: tuple[Cycle, ...], tau: Estimate, law: str) -> list[Doubt]:
+def _ratio(problem: CycleProblem, each: tuple[Cycle, ...]) -> Estimate:
+    return mean_of_parts(each, lambda cycle: contact.normal_force_ratio(cycle, problem), *contact.RATIO)
+
+
+def _area(problem: CycleProblem, each: tuple[Cycle, ...]) -> Estimate | None:
+    """Wear flat area that the powers tell; None: there are none."""
+    if not any(np.any(np.isfinite(cycle.grinding_power)) for cycle in each):
+        return None
+    return mean_of_parts(
+        each, lambda cycle: sharpness.wear_flat_area(cycle, problem, None), sharpness.NAME, sharpness.UNIT
+    )
+
+
+def _told(
+    problem: CycleProblem, each: tuple[Cycle, ...], tau: Estimate, area: Estimate | None, law: str
+) -> list[Doubt]:
     """Rows of the values that sizes, commands and powers may tell; `law`: that of the time constant."""
     model = problem.model
     found = [compared(tau, NAME, of_deflection(problem), note=law, least=0.0)]
@@ -119,12 +156,9 @@ def _told(problem: CycleProblem, each: tuple[Cycle, ...], tau: Estimate, law: st
     zero = mean_of_parts(each, lambda cycle: contact.contact_zero(cycle, problem), *contact.CONTACT)
     found.append(compared(zero, contact.CONTACT[0], 0.0, scale=problem.stock, note=_DEFLECTION))
     if model.linear_time_constant is None:
-        ratio = mean_of_parts(each, lambda cycle: contact.normal_force_ratio(cycle, problem), *contact.RATIO)
+        ratio = _ratio(problem, each)
         found.append(compared(ratio, contact.RATIO[0], model.normal_force_ratio, note=_DEFLECTION, least=0.0))
-    if any(np.any(np.isfinite(cycle.grinding_power)) for cycle in each):
-        area = mean_of_parts(
-            each, lambda cycle: sharpness.wear_flat_area(cycle, problem, None), sharpness.NAME, sharpness.UNIT
-        )
+    if area is not None:
         found.append(
             compared(area, sharpness.NAME, model.wear_flat_area, note="at the believed energy", least=0.0)
         )
