@@ -378,6 +378,8 @@ FAULTS = [
     ),
     ("width = 20", "width = 20\ncolour = 3", "model.colour is not a key; keys here are"),
     ("stiffness", "stifness", "model.stiffness is missing; is model.stifness meant?"),
+    ("[model]\n", "[modell]\n", "[modell] is no table here; is [model] meant?"),
+    ("[model.power]", "[power]", "model.power is missing; is [power] to be [model.power]?"),
     ('"malkin"', '"coulomb"', "model.power.sliding must be one of dong, malkin; got 'coulomb'"),
     ('"malkin"', '["malkin"]', "model.power.sliding must be one of dong, malkin; got ['malkin']"),
     ("pressure = 7.0", "coefficient = 7.0", "model.power.coefficient is not a key; keys here are"),
