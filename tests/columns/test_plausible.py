@@ -265,6 +265,26 @@ def test_a_code_for_no_reading_is_told(code, rows, told):
         hwsim.Log.read(cycle_with(code, *rows), **ASKED)
 
 
+def form_with(code=0.0, *rows, digits=3):
+    """Deviations of three lobes of 2 um with the noise of a tester, whose rows show a code."""
+    angle = np.arange(0.0, 360.0, 0.5)
+    noise = np.random.default_rng(0).normal(0.0, 0.02, angle.size)
+    deviation = np.round(np.cos(np.radians(3 * angle)) + noise, digits)
+    deviation[list(rows)] = code
+    return {"angle [deg]": angle, "dev [um]": deviation}
+
+
+def test_zeros_of_a_form_are_told():
+    """Some rows of 0 between others moved the centre and raised the roundness without a word."""
+    with pytest.warns(UserWarning, match=r"is 0 in 4 rows, .* make it none in a table"):
+        centering.Profile.read(form_with(0.0, 2, 3, 241, 480), angle="angle", deviation="dev", radius=40.0)
+
+
+@pytest.mark.parametrize("digits", [0, 1, 3])
+def test_a_form_is_no_code_whatever_the_steps_of_its_gauge(digits):
+    centering.Profile.read(form_with(digits=digits), angle="angle", deviation="dev", radius=40.0)
+
+
 def test_a_refusal_tells_a_code_too():
     with pytest.raises(ValueError, match=r"must follow command_rate.*; column .x \[um\]. is -9999.*missing="):
         hwsim.Log.read(cycle_with(-9999.0, *range(3, 240, 50)), **ASKED | {"command_rate": ("v", "um/s", 2)})

@@ -9,8 +9,8 @@ from sdpgrind.base.columns.request import Bound, unit_of_name
 from sdpgrind.base.columns.rows import PartRows
 from sdpgrind.base.columns.table import is_command
 
-_GAUGES = ("size", "removed", "slide", "probe")
-"""Ways, which do not leap and come back."""
+_GAUGES = ("size", "removed", "slide", "probe", "reading", "deviation")
+"""Ways and forms, which do not leap and come back to one value."""
 _SPEEDS = ("mm/s", "rad/s")
 """Units of what may leap, as a rapid move does."""
 _FAR = 10.0  # chosen: usual steps of a column; those of noise alone are within 4 of them
@@ -68,7 +68,9 @@ def _leaps(values: Floats) -> Bools:
     into, back = level[1:-1] - level[:-2], level[2:] - level[1:-1]
     leap = np.minimum(np.abs(into), np.abs(back))
     quiet = np.concatenate([[False], (into * back < 0) & (np.abs(into + back) <= _BACK * leap), [False]])
-    usual = float(np.quantile(np.abs(np.diff(values)), _USUAL))
+    steps = np.abs(np.diff(values))
+    least = float(steps[steps > 0].min())  # of a coarse gauge most steps are 0, and its next digit is no leap
+    usual = max(float(np.quantile(steps, _USUAL)), least)
     spread = float(np.subtract(*np.quantile(values, [_USUAL, 1 - _USUAL])))
     quiet[1:-1] &= (leap > _FAR * usual) & (leap > _SHARE * spread)
     return np.repeat(quiet, np.diff(np.append(edges, values.size)))
