@@ -194,7 +194,7 @@ def test_what_begins_is_said_and_so_is_a_warning_in_one_line(tmp_path, capsys):
         assert main(["plunge", str(slow), "--parts", "1", "--no-pictures"]) == 0
     first, warning, *news = without_shares(capsys.readouterr().err)
     assert first.startswith("hwsim: planning takes less than 1 s, 1 part less than 1 s, the rest about 5 s")
-    assert first.endswith(" (measured on the example)")
+    assert first.endswith(" (on an idle core, measured on the example)")
     assert warning.startswith("hwsim: warning: no spark-out is needed: ")
     assert news == ["hwsim: planning ...", "hwsim: running 1 part ..."]
 
