@@ -13,12 +13,19 @@ _GAUGES = ("size", "removed", "slide", "probe", "reading", "deviation")
 """Ways and forms, which do not leap and come back to one value."""
 _SPEEDS = ("mm/s", "rad/s")
 """Units of what may leap, as a rapid move does."""
+_LOADS = ("W", "N", "mm^3/s")
+"""Units of what is > 0 in each pass that removes metal."""
+_FORMS = ("reading", "deviation")
+"""Quantities whose last row is beside the first, all around a ring."""
 _FAR = 10.0  # chosen: usual steps of a column; those of noise alone are within 4 of them
 _SHARE = 0.1  # chosen: of the range of a way; a smaller leap is a disturbance
 _BACK = 0.5  # chosen: of a leap, within which a way is where it was
 _USUAL = 0.75  # chosen: quantile of the steps, so that codes in each eighth row leave it as it is
 _BEYOND = 5.0  # chosen: times the greatest other magnitude
 _TWICE = 2  # derived: rows from which on a value returns
+_FEW = 0.25  # chosen: share of the rows; more zeros are a machine that stands
+_SHORT = 3  # chosen: rows; a longer run is an air cut or a pause
+_NEAR = 0.1  # chosen: of the greatest load; where there are others so small, 0 is one of them
 
 
 def codes(blocks: Sequence[PartRows], bounds: Mapping[str, Bound]) -> list[str]:
@@ -29,13 +36,18 @@ def codes(blocks: Sequence[PartRows], bounds: Mapping[str, Bound]) -> list[str]:
         unit = unit_of_name(each.request.name)
         if is_command(name) or unit in _SPEEDS or any(values.dtype.kind != "f" for values in parts):
             continue
-        if told := _of_column([values / each.factor for values in parts], name in _GAUGES):
-            (word, rows), header = told, each.heading.header
+        recorded = [_known(values / each.factor) for values in parts]
+        if told := _of_column(recorded, name) or (unit in _LOADS and _of_loads(recorded)) or None:
+            (word, rows, why), header = told, each.heading.header
             found.append(
-                f"column {header!r} is {word} in {rows} rows, far from the rows before and behind them: if"
-                f" that is no reading, {_cure(word, header)}"
+                f"column {header!r} is {word} in {rows} rows, {why}: if that is no reading,"
+                f" {_cure(word, header)}"
             )
     return found
+
+
+def _known(values: Floats) -> Floats:
+    return values[np.isfinite(values)]
 
 
 def _cure(word: str, header: str) -> str:
@@ -45,17 +57,41 @@ def _cure(word: str, header: str) -> str:
     return f"make it none in a table: table[{header!r}] = table[{header!r}].mask(table[{header!r}] == 0)"
 
 
-def _of_column(parts: Sequence[Floats], gauge: bool) -> tuple[str, int] | None:
-    """Value as a file writes it, and its number of rows; None: no value leaps and returns."""
-    known = [values[np.isfinite(values)] for values in parts]
+def _of_column(known: Sequence[Floats], name: str) -> tuple[str, int, str] | None:
+    """Value as a file writes it, its number of rows, and what is odd; None: no value leaps and returns."""
     every = np.concatenate(known)
-    leapt = np.concatenate([_leaps(values) for values in known])
+    leapt = np.concatenate([_around(values) if name in _FORMS else _leaps(values) for values in known])
     values, counts = np.unique(every[leapt], return_counts=True)
     greatest = float(np.abs(every[~leapt]).max(initial=0.0))
     for k in np.argsort(-counts, kind="stable").tolist():
-        if counts[k] >= _TWICE and (gauge or values[k] < -_BEYOND * greatest < 0):
-            return f"{values[k]:.12g}", int(counts[k])
+        if counts[k] >= _TWICE and (name in _GAUGES or values[k] < -_BEYOND * greatest < 0):
+            return f"{values[k]:.12g}", int(counts[k]), "far from the rows before and behind them"
     return None
+
+
+def _of_loads(known: Sequence[Floats]) -> tuple[str, int, str] | None:
+    """As `_of_column`, of a value of at most 0 that returns among loads which are all well above 0."""
+    every = np.concatenate(known)
+    values, counts = np.unique(every[every <= 0.0], return_counts=True)
+    if not values.size or not _TWICE <= (rows := int(counts.max())) <= _FEW * every.size:
+        return None
+    code = values[np.argmax(counts)]
+    loads = every[every != code]
+    if loads.min() < _NEAR * loads.max() or max(_longest(each == code) for each in known) > _SHORT:
+        return None
+    return f"{code:.12g}", rows, "and no other is near 0"
+
+
+def _longest(true: Bools) -> int:
+    """Rows of the longest run."""
+    ends = np.flatnonzero(~np.concatenate([[False], true, [False]]))
+    return int(np.diff(ends).max(initial=1)) - 1
+
+
+def _around(values: Floats) -> Bools:
+    """`_leaps` of a closed line."""
+    twice = _leaps(np.concatenate([values, values]))
+    return twice[: values.size] | twice[values.size :]
 
 
 def _leaps(values: Floats) -> Bools:
