@@ -82,9 +82,12 @@ STYLES = {
 }  # fmt: skip
 
 
+NAMES = {"lvm": "a.lvm", "tabs": "a.tsv", "blanks": "a.prn", "comment sign": "A.LOG"}
+
+
 @pytest.mark.parametrize("style", STYLES)
 def test_styles(read, style):
-    log = read(STYLES[style], "a.lvm" if style == "lvm" else "a.csv")
+    log = read(STYLES[style], NAMES.get(style, "a.csv"))
     np.testing.assert_allclose(log["data"].time, TIME, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(log["data"]["size"], SIZE, rtol=1e-12)
     assert log["data"]["size"].units == "mm" and log.source.rows_left_out == 0
