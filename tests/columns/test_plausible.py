@@ -304,6 +304,11 @@ def test_a_code_among_loads_of_passes_is_told(code, cure):
         hwsim.Log.read(passes_with(code), **PASSES)
 
 
+def test_a_zero_among_roughnesses_is_told():
+    with pytest.warns(UserWarning, match=r"column 'Ra \[um\]' is 0 in 2 rows, and no other is near 0"):
+        hwsim.Log.read({"Ra [um]": [3.1, 3.6, 0.0, 3.3, 2.9, 0.0, 3.3, 3.5]}, period=1.0, roughness_ra="Ra")
+
+
 @pytest.mark.parametrize(("code", "every"), [(0.0, 2), (0.0, 28), (300.0, 7)])
 def test_a_machine_that_stands_one_zero_and_equal_loads_are_no_codes(code, every):
     hwsim.Log.read(passes_with(code, every), **PASSES)

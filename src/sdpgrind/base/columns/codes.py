@@ -14,7 +14,7 @@ _GAUGES = ("size", "removed", "slide", "probe", "reading", "deviation")
 _SPEEDS = ("mm/s", "rad/s")
 """Units of what may leap, as a rapid move does."""
 _LOADS = ("W", "N", "mm^3/s")
-"""Units of what is > 0 in each pass that removes metal."""
+"""Units of what is > 0 in each pass that removes metal, as a roughness is on each surface."""
 _FORMS = ("reading", "deviation")
 """Quantities whose last row is beside the first, all around a ring."""
 _FAR = 10.0  # chosen: usual steps of a column; those of noise alone are within 4 of them
@@ -37,7 +37,8 @@ def codes(blocks: Sequence[PartRows], bounds: Mapping[str, Bound]) -> list[str]:
         if is_command(name) or unit in _SPEEDS or any(values.dtype.kind != "f" for values in parts):
             continue
         recorded = [_known(values / each.factor) for values in parts]
-        if told := _of_column(recorded, name) or (unit in _LOADS and _of_loads(recorded)) or None:
+        above = unit in _LOADS or name == "roughness_ra"
+        if told := _of_column(recorded, name) or (_of_loads(recorded) if above else None):
             (word, rows, why), header = told, each.heading.header
             found.append(
                 f"column {header!r} is {word} in {rows} rows, {why}: if that is no reading,"
