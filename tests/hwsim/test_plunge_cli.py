@@ -2,6 +2,7 @@
 
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -109,6 +110,17 @@ def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
     assert by_name["time from part 1 on (s)"][1] == f"{outcome.time.values[1:].mean():.3f}"
     assert by_name["roundness (µm)"][:2] == ["3.000", f"{1e3 * outcome.roundness.values.mean():.3f}"]
     assert by_name["burned (%)"][:2] == ["0.0", "0.0"]
+
+
+def test_a_limit_of_burning_that_nothing_comes_near_is_told():
+    """A limit or an energy in another unit made "none burned" true, and nothing else was seen of it."""
+    burning = PROBLEM.model.burning
+    cold = PROBLEM.replace(burning=burning.replace(B=100 * burning.B))
+    job = SimpleNamespace(controller=lambda plan: plunge.CycleController(plan.problem))
+    lines = list(report.head("a.toml", plunge.plan(cold), job))
+    assert (
+        lines[2] == "burning: none up to the greatest rate, where the power is 2.5 % of its limit"
+    )  # W: 2731/111423
 
 
 def test_finished_run_is_reported_again_unchanged(finished, capsys):
