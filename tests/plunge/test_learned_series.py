@@ -330,10 +330,9 @@ def test_a_part_without_inspection_teaches_nothing():
     unread = hwsim.run(hwsim.PlungeGrinder(DOUBTED, max_time=0.1, inspection=hwsim.Inspection()), controller)
     assert np.isnan(unread.outcome.severity_reading.values[0])
     assert learner.next(controller, unread) is controller
-    unread.outcome.severity_reading[-1] = (
-        0.06  # so cold: it ended the series as a percentage that is typed does
-    )
-    assert learner.next(controller, unread) is controller and learner.threshold.sd == pytest.approx(
+    cold = hwsim.run(hwsim.PlungeGrinder(DOUBTED, inspection=hwsim.Inspection()), controller)
+    cold.outcome.severity_reading[-1] = 0.06  # it ended the series, as a percentage that is typed does
+    assert learner.next(controller, cold) is controller and learner.threshold.sd == pytest.approx(
         0.045, abs=1e-4
     )
 
