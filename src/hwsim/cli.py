@@ -79,7 +79,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         output.flush()
         print_to_end()
     except SystemExit:  # --help, --version, or wrong arguments
-        output.flush()
+        try:
+            output.flush()
+        except OSError as error:
+            return ended(error)
         raise
     except BaseException as error:
         if argv is None:

@@ -532,6 +532,11 @@ REFUSED = [
     ),
     (lambda: identify_friction(3, PROBLEM), TypeError, "data must be pushes; got 3"),
     (lambda: identify_friction([3], PROBLEM), TypeError, "each push must be a dict, or a PushTrace; got 3"),
+    (
+        lambda: identify_friction([{"force": 12.0}], PROBLEM),
+        ValueError,
+        "a key of a push must be one of profile, peak_force, free_slide, final_position; got 'force'",
+    ),
 ]
 
 

@@ -220,3 +220,17 @@ def test_sections_that_are_read_as_turns_are_warned_of(closed):
         Profile.read(table, angle="angle", deviation="dev", radius=30.0)
     one = Profile.read(table, angle="angle", deviation="dev", radius=30.0, section=("nr", 2))
     assert one.turns == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_word_for_no_reading_takes_no_angle_away():
+    """`missing=["0"]` dropped the row of 0 degrees, too: 0.9986 turns, whose direction was "not known"."""
+    angle = np.arange(0.0, 360.0, 0.5)
+    deviation = np.where(np.isin(angle, (50.0, 70.0)), 0.0, 2.0 + np.cos(np.radians(angle)))
+    table = {"angle [deg]": angle, "dev [um]": deviation}
+    asked = {"angle": "angle", "deviation": "dev", "radius": 30.0, "plausible": False}
+    with pytest.raises(
+        ValueError, match=r"angle must be told where a reading is; it is not in 1 rows, as missing="
+    ):
+        Profile.read(table, missing=["0"], **asked)
+    table["dev [um]"] = np.where(deviation == 0.0, np.nan, deviation)
+    assert Profile.read(table, **asked).reading.size == 718

@@ -67,7 +67,7 @@ def test_the_warning_of_a_coarse_clock_comes_once_for_all_parts(tmp_path):
         ({"height_after": "D"}, "cut_depth is the height before a pass less the height after it"),
         ({"height_charges": "D"}, "is height_charge meant?"),
         ({"power": "P"}, "is burning_power or grinding_power or idle_power meant?"),
-        ({"time": ("t", "seconds"), "size": "D"}, "'seconds' is no unit of time"),
+        ({"time": ("t", "ticks"), "size": "D"}, "'ticks' is no unit of time"),
         ({"grinding_power": ("P", "W")}, 'in another unit: grinding_power=("P", "kW") (plausible'),
     ],
 )

@@ -37,6 +37,8 @@ STYLES = {
     "quotes": '"t [s]","X [um]"\n"0","0"\n"0.5","12.5"\n"1","25"\n"1.5","37.5"\n',
     "quoted decimal commas": '"t [s]","X [um]"\n"0","0"\n"0,5","12,5"\n"1","25"\n"1,5","37,5"\n',
     "unit row": "t;X\ns;um\n0;0\n0,5;12,5\n1;25\n1,5;37,5\n",
+    "unit row in words": "t;X\nSekunden;Mikrometer\n0;0\n0,5;12,5\n1;25\n1,5;37,5\n",
+    "unit row with unknown ones": "t;X;p;U\ns;um;bar;V\n0;0;1;1\n0,5;12,5;1;1\n1;25;1;1\n1,5;37,5;1;1\n",
     "unit row with brackets": "t,X\n[s],[um]\n0,0\n0.5,12.5\n1,25\n1.5,37.5\n",
     "index without a name": ",t [s],X [um]\n0,0,0\n1,0.5,12.5\n2,1,25\n3,1.5,37.5\n",
     "index without a cell": "t [s],X [um]\n0,0,0\n1,0.5,12.5\n2,1,25\n3,1.5,37.5\n",
@@ -44,6 +46,7 @@ STYLES = {
     "trailing separators below names": "t [s];X [um]\n0;0;\n0,5;12,5;\n1;25;\n1,5;37,5;\n",
     "preamble and foot": "Report;\nBorn;2026-03-02\nn;4;5\n\nt [s];X [um]\n0;0\n0,5;12,5\n1;25\n1,5;37,5\n\nend of report\n",
     "foot of one word": "t [s];X [um];n\n0;0;1\n0,5;12,5;1\n1;25;1\n1,5;37,5;1\nEnd;;\n",
+    "foot of one word, no last end": "t [Sek.];X [um];n\n0;0;1\n0,5;12,5;1\n1;25;1\n1,5;37,5;1\nEnd;;",
     "foot of the same width": "t [s];X [um]\n0;0\n0,5;12,5\n1;25\n1,5;37,5\n\nmean;18,75\nmax;37,5\n",
     "padded rows": "t [s];X [um]\n0;0\n0,5;12,5\n1;25\n1,5;37,5\n;\n;\n",
     "no last end": "t [s],X [um]\n0,0\n0.5,12.5\n1,25\n1.5,37.5",
@@ -79,9 +82,12 @@ STYLES = {
 }  # fmt: skip
 
 
+NAMES = {"lvm": "a.lvm", "tabs": "a.tsv", "blanks": "a.prn", "comment sign": "A.LOG"}
+
+
 @pytest.mark.parametrize("style", STYLES)
 def test_styles(read, style):
-    log = read(STYLES[style], "a.lvm" if style == "lvm" else "a.csv")
+    log = read(STYLES[style], NAMES.get(style, "a.csv"))
     np.testing.assert_allclose(log["data"].time, TIME, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(log["data"]["size"], SIZE, rtol=1e-12)
     assert log["data"]["size"].units == "mm" and log.source.rows_left_out == 0
@@ -141,7 +147,7 @@ REFUSED = {
     "unit in the cells": (GOOD.replace("0,0", "0,0 mm").replace("12.5", "12.5 mm"), r"size must be numbers; got '0 mm' in line 2 with its unit; say size=\(\"X \[um\]\", \"mm\"\) of a table with '0' instead"),
     "word in the first row": (GOOD.replace("0,0", "0,init"), r"size must be numbers; got 'init' in line 2"),
     "word in the last row": (GOOD.replace("37.5", "fault"), r"got 'fault' in line 5"),
-    "repeated header": (GOOD + GOOD, r"must be numbers; got '.*' in line 6"),
+    "repeated header": (GOOD + GOOD, r"must be numbers; got '.*' in line 6 \(the header again: make each table"),
     "short row": (GOOD.replace("0.5,12.5", "0.5"), r"a\.csv must have 2 cells in each row; line 3 has 1: '0.5'"),
     "long row": (GOOD.replace("0.5,12.5", "0.5,12.5,1"), r"a\.csv must have 2 cells in each row; line 3 has 3"),
     "cut off": ("t [s],X [um],P\n0,0,1\n1,1,1\n1.5,37", r"a\.csv must be whole; line 4, its last, has 2 cells instead of 3"),

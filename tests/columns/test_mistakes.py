@@ -122,6 +122,16 @@ def test_a_gap_is_no_other_unit():
     with pytest.raises(ValueError, match=r"as time has a gap of 3600 s: two parts\? Say part=") as told:
         hwsim.Log.read(table, **BRACKETS)
     assert "diameter" not in str(told.value)
+    assert "daylight saving? Take stamps in UTC" in str(told.value)
+
+
+def test_an_hour_back_may_be_daylight_saving():
+    table = bare()
+    table["t"] = table["t"].where(table["t"] < 4, table["t"] - 3600)
+    with pytest.raises(
+        ValueError, match=r'on_restart="new part"; an hour: daylight saving\? Take stamps in UTC'
+    ):
+        hwsim.Log.read(table, **BRACKETS)
 
 
 def test_a_gauge_may_show_the_whole_diameter():

@@ -265,6 +265,60 @@ def test_a_code_for_no_reading_is_told(code, rows, told):
         hwsim.Log.read(cycle_with(code, *rows), **ASKED)
 
 
+def form_with(code=0.0, *rows, digits=3):
+    """Deviations of three lobes of 2 um with the noise of a tester, whose rows show a code."""
+    angle = np.arange(0.0, 360.0, 0.5)
+    noise = np.random.default_rng(0).normal(0.0, 0.02, angle.size)
+    deviation = np.round(np.cos(np.radians(3 * angle)) + noise, digits)
+    deviation[list(rows)] = code
+    return {"angle [deg]": angle, "dev [um]": deviation}
+
+
+def test_zeros_of_a_form_are_told():
+    """Some rows of 0 between others moved the centre and raised the roundness without a word."""
+    with pytest.warns(UserWarning, match=r"is 0 in 4 rows, .* make it none in a table"):
+        centering.Profile.read(form_with(0.0, 2, 3, 241, 480), angle="angle", deviation="dev", radius=40.0)
+
+
+def test_zeros_of_a_form_are_told_where_its_file_begins_too():
+    with pytest.warns(UserWarning, match=r"is 0 in 10 rows"):
+        centering.Profile.read(form_with(0.0, *range(10)), angle="angle", deviation="dev", radius=40.0)
+
+
+def passes_with(code, every=7):
+    """Power and removal rate of 28 passes, some with a code in the place of the power."""
+    rate = np.random.default_rng(0).uniform(50.0, 160.0, 28)
+    power = np.where(np.arange(28) % every == 3, code, 114.0 + 12.8 * rate)
+    return {"P [W]": power, "Q [mm^3/s]": rate}
+
+
+PASSES = {"period": 1.0, "grinding_power": "P", "removal_rate": "Q"}
+
+
+@pytest.mark.parametrize(
+    ("code", "cure"), [(0.0, r"make it none in a table"), (-999.0, r'say missing=\["-999"\]')]
+)
+def test_a_code_among_loads_of_passes_is_told(code, cure):
+    """Four powers of 0 among 28 passes made an idle power of -6600 W, without a word."""
+    with pytest.warns(UserWarning, match=rf"is {code:g} in 4 rows, and no other is near 0: if .*{cure}"):
+        hwsim.Log.read(passes_with(code), **PASSES)
+
+
+def test_a_zero_among_roughnesses_is_told():
+    with pytest.warns(UserWarning, match=r"column 'Ra \[um\]' is 0 in 2 rows, and no other is near 0"):
+        hwsim.Log.read({"Ra [um]": [3.1, 3.6, 0.0, 3.3, 2.9, 0.0, 3.3, 3.5]}, period=1.0, roughness_ra="Ra")
+
+
+@pytest.mark.parametrize(("code", "every"), [(0.0, 2), (0.0, 28), (300.0, 7)])
+def test_a_machine_that_stands_one_zero_and_equal_loads_are_no_codes(code, every):
+    hwsim.Log.read(passes_with(code, every), **PASSES)
+
+
+@pytest.mark.parametrize("digits", [0, 1, 3])
+def test_a_form_is_no_code_whatever_the_steps_of_its_gauge(digits):
+    centering.Profile.read(form_with(digits=digits), angle="angle", deviation="dev", radius=40.0)
+
+
 def test_a_refusal_tells_a_code_too():
     with pytest.raises(ValueError, match=r"must follow command_rate.*; column .x \[um\]. is -9999.*missing="):
         hwsim.Log.read(cycle_with(-9999.0, *range(3, 240, 50)), **ASKED | {"command_rate": ("v", "um/s", 2)})

@@ -2,6 +2,7 @@
 
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -111,6 +112,17 @@ def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
     assert by_name["burned (%)"][:2] == ["0.0", "0.0"]
 
 
+def test_a_limit_of_burning_that_nothing_comes_near_is_told():
+    """A limit or an energy in another unit made "none burned" true, and nothing else was seen of it."""
+    burning = PROBLEM.model.burning
+    cold = PROBLEM.replace(burning=burning.replace(B=100 * burning.B))
+    job = SimpleNamespace(controller=lambda plan: plunge.CycleController(plan.problem))
+    lines = list(report.head("a.toml", plunge.plan(cold), job))
+    assert (
+        lines[2] == "burning: none up to the greatest rate, where the power is 2.5 % of its limit"
+    )  # W: 2731/111423
+
+
 def test_finished_run_is_reported_again_unchanged(finished, capsys):
     before = {name: (finished / name).read_bytes() for name in KEPT}
     outputs = [said(capsys, *JOB[1:], "--no-pictures", "--out", finished) for _ in range(2)]
@@ -194,7 +206,7 @@ def test_what_begins_is_said_and_so_is_a_warning_in_one_line(tmp_path, capsys):
         assert main(["plunge", str(slow), "--parts", "1", "--no-pictures"]) == 0
     first, warning, *news = without_shares(capsys.readouterr().err)
     assert first.startswith("hwsim: planning takes less than 1 s, 1 part less than 1 s, the rest about 5 s")
-    assert first.endswith(" (measured on the example)")
+    assert first.endswith(" (on an idle core, measured on the example)")
     assert warning.startswith("hwsim: warning: no spark-out is needed: ")
     assert news == ["hwsim: planning ...", "hwsim: running 1 part ..."]
 
@@ -378,6 +390,8 @@ FAULTS = [
     ),
     ("width = 20", "width = 20\ncolour = 3", "model.colour is not a key; keys here are"),
     ("stiffness", "stifness", "model.stiffness is missing; is model.stifness meant?"),
+    ("[model]\n", "[modell]\n", "[modell] is no table here; is [model] meant?"),
+    ("[model.power]", "[power]", "model.power is missing; is [power] to be [model.power]?"),
     ('"malkin"', '"coulomb"', "model.power.sliding must be one of dong, malkin; got 'coulomb'"),
     ('"malkin"', '["malkin"]', "model.power.sliding must be one of dong, malkin; got ['malkin']"),
     ("pressure = 7.0", "coefficient = 7.0", "model.power.coefficient is not a key; keys here are"),

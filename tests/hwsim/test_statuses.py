@@ -1,6 +1,7 @@
 """Exit statuses of commands, their one line of text, and the lock of a folder."""
 
 import errno
+import io
 import os
 import re
 import resource
@@ -31,6 +32,34 @@ def test_a_line_for_a_full_disk_ends_no_work(monkeypatch):
     with Path("/dev/full").open("w") as full:
         monkeypatch.setattr(sys, "stderr", full)
         assert ended(ValueError("height must be > 0 (mm); got -1.0")) == 2
+
+
+def test_a_folder_that_may_not_be_written_is_told_before_anything_is_planned(tmp_path, monkeypatch, capsys):
+    """It was known after the plan, of minutes in centering; as root everything may be written."""
+    monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path)
+    assert main([*BEADS, "--out", str(tmp_path / "new" / "beads")]) == 3
+    *_, line = capsys.readouterr().err.splitlines()
+    assert line == f"hwsim: {tmp_path}: Permission denied"
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_is_told_with_the_file(tmp_path):
+    with (
+        pytest.raises(OSError, match=r"No space left on device: .*policy\.nc"),
+        whole_file(tmp_path / "policy.nc"),
+    ):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("buffering", [-1, 0])
+def test_help_that_cannot_be_written_is_no_success(monkeypatch, capsys, buffering):
+    """`--help > /dev/full` ended with a traceback; in a stream without a buffer, which argparse wrote to, with 0."""
+    with Path("/dev/full").open("wb", buffering=buffering) as raw:
+        full = io.TextIOWrapper(raw, write_through=not buffering)
+        monkeypatch.setattr(sys, "stdout", full)
+        assert main(["--help"]) == 3
+        full.flush()  # as the interpreter does at its end: nothing is left to be said
+    assert capsys.readouterr().err == "hwsim: standard output: No space left on device\n"
 
 
 @pytest.mark.parametrize(

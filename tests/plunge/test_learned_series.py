@@ -329,7 +329,10 @@ def test_a_part_without_inspection_teaches_nothing():
     assert learner.next(controller, log) is controller
     unread = hwsim.run(hwsim.PlungeGrinder(DOUBTED, max_time=0.1, inspection=hwsim.Inspection()), controller)
     assert np.isnan(unread.outcome.severity_reading.values[0])
-    assert learner.next(controller, unread) is controller and learner.threshold.sd == pytest.approx(
+    assert learner.next(controller, unread) is controller
+    cold = hwsim.run(hwsim.PlungeGrinder(DOUBTED, inspection=hwsim.Inspection()), controller)
+    cold.outcome.severity_reading[-1] = 0.06  # it ended the series, as a percentage that is typed does
+    assert learner.next(controller, cold) is controller and learner.threshold.sd == pytest.approx(
         0.045, abs=1e-4
     )
 

@@ -270,11 +270,8 @@ def identify_friction(
     """
     logged = hasattr(data, "tiers") or (isinstance(data, Mapping) and _is_logged(data))
     estimator = FrictionEstimator(problem, **(_LOGGED | options if logged else options))
-    for push in logged_pushes(data, problem, part) if logged else _pushes(data):
-        if isinstance(push, PushTrace):
-            estimator.update(push)
-        else:
-            estimator._learn(**checks.kind("each push", push, dict, ", or a PushTrace"))
+    for push in logged_pushes(data, problem, part) if logged else map(_told, _pushes(data)):
+        estimator._learn(**push)
     if not estimator.pushes + estimator.refused:
         raise ValueError(f"data must be at least one push{_SEEN if logged else ''}; got none")
     estimate = estimator.estimate
@@ -295,6 +292,15 @@ def _pushes(data: Any) -> list[Any]:
     if not isinstance(data, Iterable):
         raise TypeError(f"data must be pushes; got {checks.shown(data)}")
     return list(data)
+
+
+def _told(push: Any) -> dict[str, Any]:
+    """Arguments of `FrictionEstimator.update` of a push."""
+    if isinstance(push, PushTrace):
+        return {"trace": push}
+    for key in checks.kind("each push", push, dict, ", or a PushTrace"):
+        checks.one_of("a key of a push", key, ("profile", *(name for name, _, _ in _READ)))
+    return dict(push)
 
 
 def _readings(

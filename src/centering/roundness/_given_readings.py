@@ -113,8 +113,8 @@ class GivenReadings(PartReadings):
         Parameters
         ----------
         data : path, pandas.DataFrame, xarray.Dataset, mapping of arrays
-            Text (.csv, .txt, .dat, .lvm, .asc), .tdms, .h5, .hdf5 or .x3p. In X3P x is the length of arc
-            and z the deviation.
+            Text (.csv, .tsv, .txt, .dat, .log, .prn, .lvm, .asc), .tdms, .h5, .hdf5 or .x3p. In X3P x is
+            the length of arc and z the deviation.
         angle : str or tuple, optional
             Header of the spindle angle, ``("angle", "deg")``; it may start again at each turn. Not for X3P.
             Default: the rows are one even turn that begins at 0, if the file has no column of angles.

@@ -150,12 +150,24 @@ def samples(
         asked |= {"section": _pair(section)[0]}
     found = read(data, asked, rules=rules)
     wanted = None if height is not None or section is None else _pair(section)[1]
-    ring = _of_columns(found, nominal, wanted, plausible).known()
+    ring = _of_columns(found, nominal, wanted, plausible)
+    _refuse_lost_angles(ring, missing)
+    ring = ring.known()
     if plausible and height is None and section is None:
         warn_of_sections(data, rules, found.columns.get("angle", np.zeros(1)))
     if plausible and height is None:
         refuse_part_of_a_turn(ring.angle, ring.source.files[0].name, _OTHER_ANGLE)
     return ring
+
+
+def _refuse_lost_angles(ring: Turned, missing: Sequence[str]) -> None:
+    """Refuse a word for no reading that takes angles away from readings, as 0 does that of the first row."""
+    lost = int(np.sum(~np.isfinite(ring.angle) & np.isfinite(ring.reading)))
+    if missing and lost:
+        raise ValueError(
+            f"{ring.source.files[0].name}: angle must be told where a reading is; it is not in {lost} rows,"
+            f" as missing={list(missing)} is for all columns: make none of it in a table (pandas: .mask)"
+        )
 
 
 def _pair(section: Any) -> tuple[str, str]:

@@ -108,8 +108,8 @@ class Log(Record):
         Parameters
         ----------
         data : path, list of paths, pandas.DataFrame, xarray.Dataset, mapping of arrays
-            Text (.csv, .txt, .dat, .lvm, .asc), .tdms, .h5 or .hdf5; of a list, each file is a part. Also
-            what has ``__dataframe__``. Attributes ``units`` of a dataset count.
+            Text (.csv, .tsv, .txt, .dat, .log, .prn, .lvm, .asc), .tdms, .h5 or .hdf5; of a list, each file
+            is a part. Also what has ``__dataframe__``. Attributes ``units`` of a dataset count.
         time : str or tuple, optional
             Header of the times, ``"t"`` or ``("t", "ms")``. Stamps count from the first row of a part,
             numbers are kept. Default: waveforms of a TDMS file.

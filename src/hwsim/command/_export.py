@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hwsim.command._statuses import say
-from hwsim.command._times import Outlook
+from hwsim.command._times import ON, Outlook
 from sdpgrind.base.progress import Progress, Speaker, reported
 
 
@@ -63,7 +63,8 @@ def _foretold(arguments: argparse.Namespace) -> Outlook:
     kind = "an FMU" if arguments.target == "fmi2" else "C99"
     what = ", with the value that smaller tables lose" * lost
     if Path(arguments.plan).exists():  # else what is wrong is told alone
-        say(f"{arguments.plan} as {kind}{what}: {outlook.line()} (measured on the policy of the example)")
+        on = f"{ON}, measured on the policy of the example"
+        say(f"{arguments.plan} as {kind}{what}: {outlook.line()} ({on})")
     return outlook
 
 

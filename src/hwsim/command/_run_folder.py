@@ -2,6 +2,8 @@
 
 import contextlib
 import dataclasses
+import errno
+import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -27,7 +29,7 @@ class RunFolder:
     def __init__(self, path: Path, word: str, load: Callable[[Path], Any]) -> None:
         self.path, self.word, self._load = path, word, load
         self._held, self._locked = contextlib.ExitStack(), False
-        refuse_file(path)
+        refuse_no_folder(path)
 
     def __enter__(self) -> Self:
         if self.path.exists():
@@ -105,10 +107,15 @@ class RunFolder:
         return [self._plan_file.name, "run.nc", "run.db", *names]
 
 
-def refuse_file(path: Path | None) -> None:
-    """Refuse a path that is a file (None: no path)."""
-    if path is not None and path.exists() and not path.is_dir():
-        raise ValueError(f"--out must be a folder; {path} is a file")
+def refuse_no_folder(path: Path | None) -> None:
+    """Refuse a path that is, or lies in, a file or what may not be written; later, a plan would be lost."""
+    if path is None:
+        return
+    there = next(each for each in (path, *path.absolute().parents) if each.exists())
+    if not there.is_dir():
+        raise ValueError(f"--out must be a folder; {there} is a file")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(there))
 
 
 def with_kept(text: str, folder: Path | RunFolder, names: Iterable[str]) -> str:

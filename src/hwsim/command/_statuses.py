@@ -140,6 +140,8 @@ def print_to_end(text: str = "") -> None:
 class UnreadOutput:
     """A stream that forgets what is written once its reader has closed it, so that the work goes on.
 
+    A disk that is full is an error at the write and at the flush behind it: argparse catches the first.
+
     Parameters
     ----------
     stream : file
@@ -148,6 +150,7 @@ class UnreadOutput:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
+        self._lost: OSError | None = None
 
     def write(self, text: str) -> int:
         """Write a text, or forget it."""
@@ -156,13 +159,27 @@ class UnreadOutput:
         except BrokenPipeError:
             _forget_output(self._stream)
             return len(text)
+        except OSError as error:
+            self._lose(error)
+            raise
 
     def flush(self) -> None:
         """Write what is kept, or forget it."""
+        if self._lost is not None:
+            raise self._lost
         try:
             self._stream.flush()
         except BrokenPipeError:
             _forget_output(self._stream)
+        except OSError as error:
+            self._lose(error)
+            raise
+
+    def _lose(self, error: OSError) -> None:
+        """Note an error, and let the interpreter close the stream at its end without another one."""
+        error.filename = "standard output"
+        self._lost = error
+        _forget_output(self._stream)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)

@@ -35,6 +35,8 @@ class Times(NamedTuple):
         return any(found.stat().st_mtime >= source.stat().st_mtime for found in _kept(source, name))
 
 
+ON = "on an idle core"
+"""What the times are meant on: where other processes take turns, they are a multiple."""
 _CENTERING = "centering/_plant/measure_kernels.py:measure"
 _EXPORT = "sdpgrind/codegen/_files/vector_kernels.py:digest"
 _FINISHING = "sdpgrind/finishing/_plant/kernels.py:finish"
@@ -88,8 +90,8 @@ class Outlook(NamedTuple):
         """Print the first line of a command on standard error; of nothing known there is none."""
         if not self.whole:
             return
-        known = " (measured on the example)" if self.plan or self.run else ""
-        say(f"{self.line(parts, part)}{known}")
+        known = ", measured on the example" if self.plan or self.run else ""
+        say(f"{self.line(parts, part)} ({ON}{known})")
 
     def line(self, parts: int = 0, part: str = "part") -> str:
         """Return the time to come in words; `part` is what one of `parts` is called."""

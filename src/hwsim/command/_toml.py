@@ -28,6 +28,7 @@ class Table:
     name: str  # "" for the file itself
     entries: dict[str, Any]
     known: set[str] = field(default_factory=set)
+    above: "Table | None" = None  # the table that this one is in
 
     def path(self, key: str) -> str:
         return f"{self.name}.{key}" if self.name else key
@@ -38,11 +39,34 @@ class Table:
 
     def take(self, key: str) -> Any:
         if not self.has(key):
-            close = difflib.get_close_matches(key, self.entries.keys() - self.known)
-            raise ValueError(
-                f"{self.path(key)} is missing" + (f"; is {self.path(close[0])} meant?" if close else "")
-            )
+            self._refuse_misnamed({key})
+            close = difflib.get_close_matches(key, self.unread())
+            meant = f"; is {self.path(close[0])} meant?" if close else self._elsewhere(key)
+            raise ValueError(f"{self.path(key)} is missing{meant}")
         return self.entries[key]
+
+    def unread(self) -> set[str]:
+        """Keys that no reader asked for so far."""
+        return self.entries.keys() - self.known
+
+    def _refuse_misnamed(self, missing: set[str]) -> None:
+        """Refuse a table beside this one with a name close to its own, where that holds what is missing."""
+        if self.above is None:
+            return
+        own = self.name.rpartition(".")[2]
+        for other in difflib.get_close_matches(own, self.above.unread()):
+            held = self.above.entries[other]
+            if isinstance(held, dict) and not missing.isdisjoint(held):
+                raise ValueError(f"[{self.above.path(other)}] is no table here; is [{self.name}] meant?")
+
+    def _elsewhere(self, key: str) -> str:
+        """What to add where a table of a missing key's name lies further up."""
+        above = self.above
+        while above is not None:
+            if key in above.unread() and isinstance(above.entries[key], dict):
+                return f"; is [{above.path(key)}] to be [{self.path(key)}]?"
+            above = above.above
+        return ""
 
     def need(self, *keys: str, of: type | None = None, skip: Iterable[str] = ()) -> None:
         """Refuse, at once, all of the keys that are missing; `of`: with the required fields of a class."""
@@ -50,9 +74,9 @@ class Table:
         missing = [key for key in wanted if not self.has(key)]
         if len(missing) < 2:  # one alone: told where it is read
             return
+        self._refuse_misnamed(set(missing))
         told = f"{', '.join(map(self.path, missing[:-1]))} and {self.path(missing[-1])} are missing"
-        unread = self.entries.keys() - self.known
-        close = {key: difflib.get_close_matches(key, unread, 1) for key in missing}
+        close = {key: difflib.get_close_matches(key, self.unread(), 1) for key in missing}
         meant = [f"{self.path(near[0])} for {self.path(key)}" for key, near in close.items() if near]
         raise ValueError(told + (f"; is {', '.join(meant)} meant?" if meant else ""))
 
@@ -97,7 +121,7 @@ class Table:
             words = holds if isinstance(holds, str) else ", ".join(_required(holds) or specs(holds))
             told = f" of {words}" if words else ""
             raise ValueError(f"{self.path(key)} must be a table{told}; got {value!r}")
-        return Table(self.path(key), value)
+        return Table(self.path(key), value, above=self)
 
     def made(self, make: Callable[..., Made], *values: Any, **options: Any) -> Made:
         """Call `make`; add the table's name to its refusal."""

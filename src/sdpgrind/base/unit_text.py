@@ -57,24 +57,33 @@ _TURN = Fraction(2 * math.pi)
 _FORCE, _ENERGY, _POWER, _ANGLE = (1, -2, 1), (2, -2, 1), (2, -3, 1), (0, 0, 0, 1)
 _POUND = Fraction("4.4482216152605")  # N; source: 0.45359237 kg of 1959 times 9.80665 m/s^2
 _KILOPOND = Fraction("9.80665")  # N; source: standard acceleration of gravity of 1901
-_LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "nm": "1e-9"} | dict.fromkeys(
-    ("um", "µm", "μm", "micron", "microns", "Mikron"), "1e-6"
-)
+_MICROMETRES = ("um", "µm", "μm", "micron", "microns", "Mikron", "micrometer", "micrometre", "Mikrometer")
+_LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "nm": "1e-9"} | dict.fromkeys(_MICROMETRES, "1e-6")
+_MILLIMETRES = dict.fromkeys(("millimeter", "millimetre", "Millimeter"), "0.001")
 _INCHES = dict.fromkeys(("in", "inch", "inches", "Zoll"), "0.0254") | {"thou": "0.0000254"}
 _MICROINCHES = dict.fromkeys(("uin", "µin", "μin", "microinch", "microinches"), "0.0000000254")
-_SECONDS = dict.fromkeys(("s", "sec", "Sek"), "1")
-_TIMES = _SECONDS | {"ms": "0.001", "min": "60", "h": "3600"} | dict.fromkeys(("us", "µs", "μs"), "1e-6")
+_SECONDS = dict.fromkeys(
+    ("s", "sec", "Sek", "second", "seconds", "Sekunde", "Sekunden"), "1"
+) | dict.fromkeys(("ms", "msec"), "0.001")
+_MINUTES = dict.fromkeys(("min", "minute", "minutes", "Minute", "Minuten"), "60")
+_TIMES = _SECONDS | _MINUTES | {"h": "3600"} | dict.fromkeys(("us", "µs", "μs", "usec"), "1e-6")
 _KILOPONDS = dict.fromkeys(("kp", "kgf"), _KILOPOND)
 _TURNS = dict.fromkeys(("rev", "U"), _TURN)
-_DEGREES = dict.fromkeys(("deg", "°", "Grad"), _TURN / 360)
+_DEGREES = dict.fromkeys(("deg", "degree", "degrees", "°", "Grad"), _TURN / 360)
+_WATTS = dict.fromkeys(("W", "Watt", "watt", "watts"), "1") | dict.fromkeys(
+    ("kW", "kw", "KW", "Kilowatt", "kilowatt"), "1000"
+)
 _HORSES = {"hp": 550 * Fraction("0.3048") * _POUND, "PS": 75 * _KILOPOND}
 _NAMED: tuple[tuple[Mapping[str, str | Fraction], tuple[int, ...]], ...] = (
-    (_LENGTHS | _INCHES | _MICROINCHES | {"ft": "0.3048"}, (1,)),
+    (_LENGTHS | _MILLIMETRES | _INCHES | _MICROINCHES | {"ft": "0.3048"}, (1,)),
     (_TIMES, (0, 1)),
     ({"kg": "1", "g": "0.001"}, (0, 0, 1)),
-    ({"N": "1", "kN": "1000", "daN": "10", "lbf": _POUND, **_KILOPONDS}, _FORCE),
+    (
+        {"N": "1", "Newton": "1", "newton": "1", "kN": "1000", "daN": "10", "lbf": _POUND, **_KILOPONDS},
+        _FORCE,
+    ),
     ({"J": "1", "mJ": "0.001", "kJ": "1000", "Nm": "1"}, _ENERGY),
-    ({"W": "1", "mW": "0.001", **dict.fromkeys(("kW", "kw", "KW"), "1000"), **_HORSES}, _POWER),
+    ({"mW": "0.001", **_WATTS, **_HORSES}, _POWER),
     ({"rad": "1", **_TURNS, **_DEGREES, "gon": _TURN / 400}, _ANGLE),
     (dict.fromkeys(("cc", "ccm"), "1e-6"), (3,)),
     ({"ipm": Fraction("0.0254") / 60}, (1, -1)),
@@ -102,7 +111,8 @@ _USUAL = tuple(
 _PER_MINUTE = _unit(Fraction(1, 60), 0, -1)
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 _SIGNS = str.maketrans({"·": "*", "⋅": "*", "∙": "*", "×": "*", "−": "-"})
-_TOKEN = re.compile(r"\s*([A-Za-zµμ]+|[$%°()^*/·]|-?\d+(?:\.\d+)?)")
+_TOKEN = re.compile(r"\s*(?:([A-Za-zµμ]+)\.?|([$%°()^*/·]|-?\d+(?:\.\d+)?))")
+"""A name, with the point of its abbreviation or between factors, a sign, or a number."""
 _EXPONENT = re.compile(r"-?\d{1,3}(?:\.\d{1,3}|/0*[1-9]\d?)?")
 _WHOLE_MAX = 2**53  # derived: floats hold all whole numbers up to it
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
@@ -215,7 +225,7 @@ def _tokens(text: str) -> list[str]:
         found = _TOKEN.match(text, end)
         if found is None:
             raise ValueError(f"{text[end:].strip()!r} is no unit")
-        tokens.append(found[1])
+        tokens.append(found[1] or found[2])
         end = found.end()
     return tokens
 

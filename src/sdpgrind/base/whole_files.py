@@ -38,6 +38,10 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
             temporary.chmod(mode)  # last: a file that is read only is not opened any more
         temporary.replace(target)
         durable(target.parent)
+    except OSError as error:
+        if error.filename is None:  # as of a disk that is full
+            error.filename = str(target)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -11,7 +11,7 @@ import numpy as np
 from centering.cycle import CycleState
 from hwsim._report.worst import GAVE_UP, broken_off
 from hwsim.command._report import broken_lines, parts_table, summary_head, summary_line
-from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
+from hwsim.command._run_folder import drawn, paged, refuse_no_folder, with_kept
 from hwsim.command._work import PARTS, announce, run_page
 from sdpgrind.base.brief import counted
 from sdpgrind.base.units import UM
@@ -165,7 +165,7 @@ def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
 
 def _folder(path: Path | None, job: Path | None) -> Path | None:
     """Refuse a folder that holds more than the file of the job."""
-    refuse_file(path)
+    refuse_no_folder(path)
     own = None if job is None else job.resolve()
     if path is not None and path.exists() and any(held.resolve() != own for held in path.iterdir()):
         raise ValueError(f"--out must be a new or empty folder with --source; {path} holds something")

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from hwsim.command._run_folder import refuse_no_folder
 from hwsim.command._times import Outlook
 
 BORE = Path(__file__).with_name("bore.csv")
@@ -34,8 +35,7 @@ def work(arguments: argparse.Namespace) -> int:
     outlook = Outlook.alone("demo")
     outlook.foretell()
     out = arguments.out
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"--out must be a folder; {out} is a file")
+    refuse_no_folder(out)
     out.mkdir(parents=True, exist_ok=True)
     from sdpgrind.base.progress import Speaker, reported
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
+from hwsim.command._run_folder import drawn, paged, refuse_no_folder, with_kept
 from hwsim.command._work import announce, tell
 from hwsim.command.base import AreaCommand
 from sdpgrind.base.whole_files import whole_file
@@ -94,7 +94,7 @@ def refuse_beside_program(arguments: argparse.Namespace) -> None:
         )
     if arguments.out is None:
         raise ValueError("--out must be given with --program, the folder of its files")
-    refuse_file(arguments.out)
+    refuse_no_folder(arguments.out)
 
 
 def refuse_beside_study(arguments: argparse.Namespace) -> None:
@@ -108,7 +108,7 @@ def refuse_beside_study(arguments: argparse.Namespace) -> None:
             "--parts must be left out with --study (--confirm is of the runs that confirm); "
             f"got {arguments.parts}"
         )
-    refuse_file(arguments.out)
+    refuse_no_folder(arguments.out)
 
 
 def refuse_face_on(job: "Job") -> None:

@@ -25,7 +25,16 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     yield f"{title}: {problem.stock:g} mm of stock, {limits}"
     known = f"known to {plan.error:.0e} s, {plan.method}"
     yield f"plan: the fastest cycle takes {plan.time:.4f} s ({known}); {plan.binding} binds at the end"
+    yield from _cold(problem)
     yield _promise(job.controller(plan))
+
+
+def _cold(problem: Any) -> Iterator[str]:
+    """How far the greatest rate is from burning, where no rate burns: a limit in another unit is seen so."""
+    model, rate = problem.model, problem.command_rate_max
+    if model.burn_rate > rate:
+        share = float(model.grinding_power(rate) / model.burning_power(rate))
+        yield f"burning: none up to the greatest rate, where the power is {100 * share:.2g} % of its limit"
 
 
 def _promise(controller: Any) -> str:

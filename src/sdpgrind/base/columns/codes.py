@@ -9,16 +9,23 @@ from sdpgrind.base.columns.request import Bound, unit_of_name
 from sdpgrind.base.columns.rows import PartRows
 from sdpgrind.base.columns.table import is_command
 
-_GAUGES = ("size", "removed", "slide", "probe")
-"""Ways, which do not leap and come back."""
+_GAUGES = ("size", "removed", "slide", "probe", "reading", "deviation")
+"""Ways and forms, which do not leap and come back to one value."""
 _SPEEDS = ("mm/s", "rad/s")
 """Units of what may leap, as a rapid move does."""
+_LOADS = ("W", "N", "mm^3/s")
+"""Units of what is > 0 in each pass that removes metal, as a roughness is on each surface."""
+_FORMS = ("reading", "deviation")
+"""Quantities whose last row is beside the first, all around a ring."""
 _FAR = 10.0  # chosen: usual steps of a column; those of noise alone are within 4 of them
 _SHARE = 0.1  # chosen: of the range of a way; a smaller leap is a disturbance
 _BACK = 0.5  # chosen: of a leap, within which a way is where it was
 _USUAL = 0.75  # chosen: quantile of the steps, so that codes in each eighth row leave it as it is
 _BEYOND = 5.0  # chosen: times the greatest other magnitude
 _TWICE = 2  # derived: rows from which on a value returns
+_FEW = 0.25  # chosen: share of the rows; more zeros are a machine that stands
+_SHORT = 3  # chosen: rows; a longer run is an air cut or a pause
+_NEAR = 0.1  # chosen: of the greatest load; where there are others so small, 0 is one of them
 
 
 def codes(blocks: Sequence[PartRows], bounds: Mapping[str, Bound]) -> list[str]:
@@ -29,13 +36,19 @@ def codes(blocks: Sequence[PartRows], bounds: Mapping[str, Bound]) -> list[str]:
         unit = unit_of_name(each.request.name)
         if is_command(name) or unit in _SPEEDS or any(values.dtype.kind != "f" for values in parts):
             continue
-        if told := _of_column([values / each.factor for values in parts], name in _GAUGES):
-            (word, rows), header = told, each.heading.header
+        recorded = [_known(values / each.factor) for values in parts]
+        above = unit in _LOADS or name == "roughness_ra"
+        if told := _of_column(recorded, name) or (_of_loads(recorded) if above else None):
+            (word, rows, why), header = told, each.heading.header
             found.append(
-                f"column {header!r} is {word} in {rows} rows, far from the rows before and behind them: if"
-                f" that is no reading, {_cure(word, header)}"
+                f"column {header!r} is {word} in {rows} rows, {why}: if that is no reading,"
+                f" {_cure(word, header)}"
             )
     return found
+
+
+def _known(values: Floats) -> Floats:
+    return values[np.isfinite(values)]
 
 
 def _cure(word: str, header: str) -> str:
@@ -45,17 +58,41 @@ def _cure(word: str, header: str) -> str:
     return f"make it none in a table: table[{header!r}] = table[{header!r}].mask(table[{header!r}] == 0)"
 
 
-def _of_column(parts: Sequence[Floats], gauge: bool) -> tuple[str, int] | None:
-    """Value as a file writes it, and its number of rows; None: no value leaps and returns."""
-    known = [values[np.isfinite(values)] for values in parts]
+def _of_column(known: Sequence[Floats], name: str) -> tuple[str, int, str] | None:
+    """Value as a file writes it, its number of rows, and what is odd; None: no value leaps and returns."""
     every = np.concatenate(known)
-    leapt = np.concatenate([_leaps(values) for values in known])
+    leapt = np.concatenate([_around(values) if name in _FORMS else _leaps(values) for values in known])
     values, counts = np.unique(every[leapt], return_counts=True)
     greatest = float(np.abs(every[~leapt]).max(initial=0.0))
     for k in np.argsort(-counts, kind="stable").tolist():
-        if counts[k] >= _TWICE and (gauge or values[k] < -_BEYOND * greatest < 0):
-            return f"{values[k]:.12g}", int(counts[k])
+        if counts[k] >= _TWICE and (name in _GAUGES or values[k] < -_BEYOND * greatest < 0):
+            return f"{values[k]:.12g}", int(counts[k]), "far from the rows before and behind them"
     return None
+
+
+def _of_loads(known: Sequence[Floats]) -> tuple[str, int, str] | None:
+    """As `_of_column`, of a value of at most 0 that returns among loads which are all well above 0."""
+    every = np.concatenate(known)
+    values, counts = np.unique(every[every <= 0.0], return_counts=True)
+    if not values.size or not _TWICE <= (rows := int(counts.max())) <= _FEW * every.size:
+        return None
+    code = values[np.argmax(counts)]
+    loads = every[every != code]
+    if loads.min() < _NEAR * loads.max() or max(_longest(each == code) for each in known) > _SHORT:
+        return None
+    return f"{code:.12g}", rows, "and no other is near 0"
+
+
+def _longest(true: Bools) -> int:
+    """Rows of the longest run."""
+    ends = np.flatnonzero(~np.concatenate([[False], true, [False]]))
+    return int(np.diff(ends).max(initial=1)) - 1
+
+
+def _around(values: Floats) -> Bools:
+    """`_leaps` of a closed line."""
+    twice = _leaps(np.concatenate([values, values]))
+    return twice[: values.size] | twice[values.size :]
 
 
 def _leaps(values: Floats) -> Bools:
@@ -68,7 +105,9 @@ def _leaps(values: Floats) -> Bools:
     into, back = level[1:-1] - level[:-2], level[2:] - level[1:-1]
     leap = np.minimum(np.abs(into), np.abs(back))
     quiet = np.concatenate([[False], (into * back < 0) & (np.abs(into + back) <= _BACK * leap), [False]])
-    usual = float(np.quantile(np.abs(np.diff(values)), _USUAL))
+    steps = np.abs(np.diff(values))
+    least = float(steps[steps > 0].min())  # of a coarse gauge most steps are 0, and its next digit is no leap
+    usual = max(float(np.quantile(steps, _USUAL)), least)
     spread = float(np.subtract(*np.quantile(values, [_USUAL, 1 - _USUAL])))
     quiet[1:-1] &= (leap > _FAR * usual) & (leap > _SHARE * spread)
     return np.repeat(quiet, np.diff(np.append(edges, values.size)))

@@ -50,12 +50,21 @@ def headings_of(lines: Sequence[str], guess: TextGuess, first: int) -> tuple[Col
     if not rows or rows[0] is None:
         return ()
     beside = rows[1] if len(rows) > 1 else None
-    if beside is not None and all(map(is_unit, rows[0])) and any(map(str.strip, rows[0])):
+    if beside is not None and _are_units(rows[0], beside, guess):
         return tuple(
             heading(name, unit_of(unit) if name else None, "unit row")
             for name, unit in zip(beside, rows[0], strict=True)
         )
     return tuple(map(heading, rows[0]))
+
+
+def _are_units(row: Sequence[str], above: Sequence[str], guess: TextGuess) -> bool:
+    """Whether a row below names holds units; half of them may be unknown, as bar or a misspelled one."""
+    told = [(cell, name) for cell, name in zip(row, above, strict=True) if cell.strip()]
+    known = sum(is_unit(cell) for cell, _ in told)
+    if not told or known == len(told):
+        return bool(told)
+    return 2 <= known >= len(told) / 2 and all(name for _, name in told) and not _is_numbers(above, guess)
 
 
 def _names(line: str, guess: TextGuess) -> list[str] | None:

@@ -236,6 +236,8 @@ def _is_cut_off(guess: TextGuess, numeric: Sequence[bool], row: Sequence[str], k
     """Whether a last row without an end of line lacks cells, or ends where no other row does."""
     if len(row) != guess.width:
         return (numeric[0] and kinds[:1] in ("n", "t")) or _is_alike(row, kinds, numeric)
+    if numeric[0] and kinds[0] == "w":  # as "Mean" of a foot
+        return False
     open_end = numeric[-1] and (not row[-1] or row[-1][-1] in (guess.decimal, "-", "+", "e", "E"))
     return open_end and not any(guess.rows[k][-1][-1:] == row[-1][-1:] for k in guess.run[:-1])
 

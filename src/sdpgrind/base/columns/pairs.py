@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.columns.rows import wide
+from sdpgrind.base.columns.rows import of_a_clock, wide
 from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.table import COMMAND, quantity_of
 
@@ -98,7 +98,7 @@ def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -
     ):
         gap = max(float(np.diff(time).max(initial=0.0)) for time, _ in each)
         more = f', as time has a gap of {gap:.4g} s: two parts? Say part="header of the part\'s number"'
-        return Contradiction(way, driver, rule + more)
+        return Contradiction(way, driver, rule + more + of_a_clock(gap))
     falls = f", {way} is falling while {rate} feeds" * (told < 0)
     return Contradiction(way, driver, rule + falls, times)
 

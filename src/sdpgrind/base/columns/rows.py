@@ -67,9 +67,17 @@ def restarts(block: PartRows, on_restart: str, named: bool = False) -> list[Part
         raise ValueError(
             f"{block.where}: time must rise{which} (s); got {float(block.time[k])!r} and then"
             f' {float(block.time[k + 1])!r} in {block.at(k + 1)}: {column}, or on_restart="new part"'
+            f"{of_a_clock(block.time[k] - block.time[k + 1])}"
         )
     edges = [0, *(falls + 1).tolist(), block.time.size]
     return [block.only(slice(a, b)) for a, b in pairwise(edges)]
+
+
+def of_a_clock(step: float) -> str:
+    """What to add to a refusal where time leaps by an hour, forth or back (s)."""
+    if abs(step - 3600.0) > 60.0:  # chosen: a minute; rows are seldom farther apart
+        return ""
+    return "; an hour: daylight saving? Take stamps in UTC, or with their zone"
 
 
 def one_a_time(block: PartRows, duplicates: str) -> PartRows:

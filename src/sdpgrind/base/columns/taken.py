@@ -154,6 +154,8 @@ def _instead(word: str, request: Request, header: str, decimal: str) -> str:
             f"with a decimal comma: read the table with decimal=',' (pandas), or turn the column into"
             f" numbers, table[{header!r}].str.replace(',', '.').astype(float)"
         )
+    if word.strip() == header:
+        return "(the header again: make each table below another a file of its own; a list of files is parts)"
     found = _WITH_UNIT.fullmatch(word.strip())
     if found is None or numbers([found[1]], decimal)[1] is not None or not is_unit(found[2]):
         return f"(missing=({word!r},) makes it no reading)"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _EXACT = (3, 1)  # source: version of pandas from which its parser rounds correctly by default
 _BLOCK = 1 << 24  # bytes; chosen: 16 MB, smaller ones take longer
-ENDINGS = (".csv", ".txt", ".dat", ".lvm", ".asc")
+ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".log", ".prn", ".lvm", ".asc")
 
 
 def count_of_lines(path: Path) -> int:

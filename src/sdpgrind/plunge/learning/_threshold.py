@@ -22,7 +22,7 @@ from sdpgrind.plunge.learning._replay import replayed
 STEP, REACH = 1e-3, 0.5  # chosen: grid of eta, of ln B; a finer one moves no margin by 1e-5
 _LEAST_SCATTER = 1e-9  # chosen: a threshold that does not scatter is a step narrower than the grid
 _SURPRISE = 1e-4  # chosen: share of the density left within 5 sd of the prior that tells another cause
-_LEAST_SEVERITY, _MOST_SEVERITY, _MOST_SD = 0.1, 10.0, 0.5  # chosen: beyond them a percentage is meant
+LEAST_SEVERITY, _MOST_SEVERITY, _MOST_SD = 0.1, 10.0, 0.5  # chosen: beyond them a percentage is meant
 _ASSUMED_SD = 0.03  # chosen: of a severity whose error is not stated; that of the simulated inspections
 _EVEN = 0.25  # chosen: k, of a confidence of 0.6; below it skewness counts for more in a margin than k sd
 _PRIOR_REACH = 5.0  # derived: standard deviations beyond which a normal has 6e-7
@@ -273,8 +273,8 @@ class BurnThreshold:
 
 def _severity(value: float) -> float:
     severity = checks.positive("severity", value)
-    if not _LEAST_SEVERITY <= severity <= _MOST_SEVERITY:
-        rule = f"in [{_LEAST_SEVERITY:g}, {_MOST_SEVERITY:g}], of the damage temperature; 0.95 for 95 %"
+    if not LEAST_SEVERITY <= severity <= _MOST_SEVERITY:
+        rule = f"in [{LEAST_SEVERITY:g}, {_MOST_SEVERITY:g}], of the damage temperature; 0.95 for 95 %"
         raise checks.refuse("severity", rule, value)
     return severity
 

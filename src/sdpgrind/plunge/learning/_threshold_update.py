@@ -10,7 +10,7 @@ from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge.learning._attainable import changed, informed
 from sdpgrind.plunge.learning._margins import adaptable
-from sdpgrind.plunge.learning._threshold import BurnThreshold
+from sdpgrind.plunge.learning._threshold import LEAST_SEVERITY, BurnThreshold
 
 _READINGS = {"severity": "severity_reading", "burned": "burned_reading"}
 _ERRORS = {"severity": ("severity_sd",), "burned": ("miss", "false_alarm")}
@@ -20,8 +20,8 @@ class ThresholdUpdate:
     """Burn threshold learned from the inspection of each part, as `BurnThreshold` does.
 
     The readings are those of the log's outcome, `severity_reading` or `burned_reading`, with the errors that
-    its inspection states; a part without one teaches nothing. A part that burned where the threshold was
-    thought safe warns: find the cause.
+    its inspection states; a part without one teaches nothing, nor does one colder than a tenth of the damage
+    temperature. A part that burned where the threshold was thought safe warns: find the cause.
 
     Parameters
     ----------
@@ -74,8 +74,8 @@ class ThresholdUpdate:
         if _READINGS[self.by] not in stated:
             return
         reading = float(stated[_READINGS[self.by]].values[-1])
-        if not np.isfinite(reading):
-            return
+        if not np.isfinite(reading) or (self.by == "severity" and 0.0 < reading < LEAST_SEVERITY):
+            return  # no reading, or of a part so cold that it tells nothing
         known = {name: float(stated.attrs[name]) for name in _ERRORS[self.by] if name in stated.attrs}
         read: dict[str, Any] = {self.by: bool(reading) if self.by == "burned" else reading, **known}
         self.threshold.update(part_log, part=None, **read)
