@@ -246,7 +246,9 @@ class PartLearner:
 
     def _felt(self, last: _Pushed) -> FeltPush:
         """Return the last push with the forces of its samples."""
-        return FeltPush(last.push, last.start, self._strategy.problem.model, self._times, self._forces, self._force_max)
+        return FeltPush(
+            last.push, last.start, self._strategy.problem.model, self._times, self._forces, self._force_max
+        )
 
     def _least_after(self, evidence: float, weights: Floats) -> float:
         """Factor of friction that the part exceeds with 99.9 %: the problem's until a push has told."""

@@ -15,7 +15,7 @@ _TURN = 2.0 * pi
 # chosen: relative change that makes a planned push stale, far ahead and shortly before it
 _ROUGH, _STALE = 0.4, 0.03
 _STANDS = 1e-6  # rad/s, chosen: a table that does not turn
-_SOON = 0.07  # s, chosen: before a push it is planned exactly, and earlier by what a rough plan may start too late
+_SOON = 0.07  # s, chosen: before a push it is planned exactly; a rough plan may start later
 
 
 class ChosenPush(Protocol):
@@ -132,8 +132,8 @@ class NextPush:
     def arriving(self, direction: float, table: TableMotion) -> float:
         """Return the table speed (rad/s) at the start of the soonest push of a part at `direction` (rad).
 
-        A push takes about the same time up to its alignment at any speed, and a table that gains speed turns less
-        in it: the speed of a later turn would have the sooner one seem missed.
+        A push takes about the same time up to its alignment at any speed, and a table that gains speed turns
+        less in it: the speed of a later turn would have the sooner one seem missed.
         """
         steady = 0.0 if self.launch is None else self.launch.lead / max(self.start.spindle_speed, _STANDS)
         aligned = direction + _TURN * ceil((table.angle - direction) / _TURN)

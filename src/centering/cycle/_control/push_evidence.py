@@ -88,6 +88,13 @@ class FeltPush(Frozen):
         times = np.array(self.times)
         return float(
             force_sum(
-                model.parameters, radius, start.spindle_speed, self.push.rows, times, _ERROR, self.force_max, state
+                model.parameters,
+                radius,
+                start.spindle_speed,
+                self.push.rows,
+                times,
+                _ERROR,
+                self.force_max,
+                state,
             )
         )

@@ -49,8 +49,7 @@ class CycleSettings(Described):
         Greatest force without a push, N; more is a collision.
 
     force_max : float
-        End of the range of the force sensor, N; a greater force is shown as this one, and is told apart from no
-        other. Default: Mears (2006).
+        End of the range of the force sensor, N; greater forces are shown as this one. Default: Mears (2006).
 
     Raises
     ------

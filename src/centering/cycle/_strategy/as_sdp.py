@@ -9,9 +9,10 @@ from scipy.special import ndtri
 
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.belief import FrictionScaleBelief
+from centering.cycle._strategy.cycle_times import WORTH
 from centering.cycle._strategy.draw_kernels import all_draws
 from centering.cycle._strategy.outcomes import OutcomeTable
-from centering.cycle._strategy.timing import WORTH, CycleTiming
+from centering.cycle._strategy.timing import CycleTiming
 from sdpgrind import sdp
 from sdpgrind.base.checks import Floats
 

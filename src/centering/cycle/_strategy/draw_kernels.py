@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.cycle._strategy.outcome_kernels import scale_cell, stroke_for, travel_in_cell
-from centering.cycle._strategy.turning_kernels import RESTING, measured_at, touch_to_touch
+from centering.cycle._strategy.turning_kernels import RESTING, measured_at, push_to_push
 from sdpgrind.base.compiling.compiled import compiled
 
 
@@ -76,19 +76,18 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     belief : tuple
         (sd, push_sd, noise of the travel) before the push.
     timing : tuple
-        Of `CycleTiming`: after the tip turns, approach and frozen of the kind (s), arc and final arc (rad), table
-        speed before (rad/s) and acceleration (rad/s^2) after as many pushes as were seen.
+        `CycleTiming.of_kind`, s, rad, rad/s, rad/s^2.
     axes : tuple
         (log low, log step, nodes) of the offset and (low, step, nodes) of the friction scale.
     draws : tuple
         (friction, cosine and sine of the direction, place (mm), unmeasured share of it, weight), each (Q,).
     out : array, (P,)
-        Expected time (s) to the next touch or the end; infinite if no stroke is long enough.
+        Expected time (s) to the next push or the end; infinite if no stroke is long enough.
     """
     travel, mean, contact, grid, last = kind
     speeds, finish = tables
     sd, push_sd, noise = belief
-    after, approach, frozen, arc, final_arc, before, rate = timing
+    after, launch, lead, arc, final_arc, before, rate = timing
     inward, firsts = (final_arc.shape[1] - 1) / finish, arc.shape[0]
     log_low, log_step, n_offset, low, step, n_friction = axes
     spread = np.sqrt(sd * sd + push_sd * push_sd)
@@ -115,7 +114,9 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
             out[p] = np.inf
             starts[p + 1] = at
             continue
-        pressed = RESTING * _between(contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0))
+        pressed = RESTING * _between(
+            contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0)
+        )
         for row in range(firsts):
             begun[row] = table_speed(before[row], axis, d)
         node = min(max(int((m - low) / step + 0.5), 0), n_friction - 1)
@@ -134,8 +135,8 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
                 continue
             i = min(max((0.5 * np.log(square) - log_low) / log_step, 0.0), n_offset - 1.0)
             turn, speed, gains = _turn_to(along, across), _between(speeds, i), _between(rate, i)
-            others = _between(arc[q % firsts], i), _between(approach, i), _between(frozen, i)
-            time += w * touch_to_touch(turn, pressed, after, begun[q % firsts], speed, gains, *others)[0]
+            others = _between(arc[q % firsts], i), _between(launch, i), _between(lead, i)
+            time += w * push_to_push(turn, pressed, after, begun[q % firsts], speed, gains, *others)[0]
             learned = min(max(m + share * learns * (x - expected), low), high)
             j = min((learned - low) / step, n_friction - 1.0)
             a, b = min(int(i), n_offset - 2), min(int(j), n_friction - 2)

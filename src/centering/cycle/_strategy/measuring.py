@@ -1,4 +1,4 @@
-"""Rotations of the table that measurements take, by the filter of the controller: before a push, and at the end."""
+"""Rotations of the table in measurements by the filter of the controller: before a push, and at the end."""
 
 from copy import deepcopy
 from math import pi
@@ -41,11 +41,11 @@ class Measured(NamedTuple):
         return _until(self.arc, self.sd, wanted)
 
     def until_outside(self, beyond: Floats) -> Floats:
-        """Return the rotations (rad) after which parts so far beyond the tolerance (mm) are certainly not centred."""
+        """Return the rotations (rad) after which parts so far beyond the tolerance (mm) certainly are so."""
         return _until(self.arc, USUAL.doubt * self.band, beyond)
 
     def until_centred(self, offset: float, tolerance: float) -> float:
-        """Return the rotation (rad) after which a part at an offset (mm) is certainly within a tolerance (mm).
+        """Return the rotation (rad) after which a part at an offset (mm) is certainly within a tolerance, mm.
 
         Its measured offset is longer on average, by the error of the centre.
         """
@@ -54,7 +54,7 @@ class Measured(NamedTuple):
 
 
 def _until(arc: Floats, error: Floats, wanted: Floats) -> Floats:
-    """Rotations at the first look at which an error is as small as wanted; the longest one where it never is."""
+    """Rotations at the first look at which an error is as small as wanted; the longest one where none is."""
     first = np.searchsorted(-np.minimum.accumulate(error), -wanted)
     return np.asarray(arc[np.minimum(first, arc.size - 1)])
 
@@ -81,24 +81,21 @@ def push_arcs(problem: CenteringProblem, offsets: Floats, measured: Measured) ->
 
 
 def final_arcs(problem: CenteringProblem, finish: float, measured: Measured) -> Floats:
-    """Return the rotations (rad) after which parts are certainly centred, at offsets from 0 to `finish` (mm)."""
+    """Return the rotations (rad) after which parts at offsets of 0 to `finish` (mm) certainly are centred."""
     ends = np.linspace(0.0, finish, _ENDS).tolist()
     return np.array([measured.until_centred(offset, problem.tolerance) for offset in ends])
 
 
-def places(
-    problem: CenteringProblem, speed: float, rate: float, first: float, pushes: int
-) -> list[Measured]:
+def places(problem: CenteringProblem, speed: float, rate: float, first: float, pushes: int) -> list[Measured]:
     """Return errors after 0 to `pushes` pushes; radius and form become known from place to place.
 
-    The table runs up at a rate (rad/s^2), turns by an angle `first` (rad) until the first push, and then at a speed
-    (rad/s).
+    The table runs up at a rate (rad/s^2) by `first` (rad) until the first push, then turns at a speed, rad/s.
     """
     noise = max(problem.scatter.measuring_sd, USUAL.noise_sd)
     radius, prior = problem.model.part.radius, (USUAL.radius_sd, USUAL.form_sd)
     ring = RingFilter(radius, *prior, noise, USUAL.angle_sd, USUAL.tip_radius)
     even = np.arange(0.0, _LONGEST, speed * problem.limits.sample_time)
-    run_up = 0.5 * rate * (problem.limits.sample_time * np.arange(even.size)) ** 2
+    run_up = np.asarray(0.5 * rate * (problem.limits.sample_time * np.arange(even.size)) ** 2)
     found = []
     for n in range(pushes + 1):
         arcs, ends = (run_up, first) if n == 0 else (even, _BETWEEN)
@@ -110,7 +107,7 @@ def places(
 def _place(
     ring: RingFilter, angles: Floats, ends: float, radius: float, noise: float
 ) -> tuple[Measured, RingFilter]:
-    """Errors of one place by readings whose errors alternate, and the filter that was moved where a rotation ends."""
+    """Errors of one place by readings whose errors alternate, and the filter moved where a rotation ends."""
     last, looked, rows, later = int(np.searchsorted(angles, angles[0] + ends)), 0, [], ring
     for k, angle in enumerate(angles.tolist()):
         ring.take(angle, radius + (noise if k % 2 else -noise), True)

@@ -15,9 +15,10 @@ from centering.cycle._strategy.as_sdp import (
     offset_axis,
     resolved,
 )
+from centering.cycle._strategy.cycle_times import cycle_timing, table_speeds
 from centering.cycle._strategy.outcomes import PushKind, default_kinds, simulated
 from centering.cycle._strategy.strategy import Strategy
-from centering.cycle._strategy.timing import SETTLED, cycle_timing, table_speeds
+from centering.cycle._strategy.timing import SETTLED
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats

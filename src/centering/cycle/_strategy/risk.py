@@ -207,7 +207,7 @@ class _LookedUp(Parts):
 
 
 def _held(strategy: Doubted, offset: float, phase: float) -> float:
-    """Friction mu g (mm/s^2) that holds a ring up to its `first_touch` (mm, rad)."""
+    """Friction mu g (mm/s^2) that holds a ring up to its `first_push` (mm, rad)."""
     problem, timing = strategy.problem, strategy.timing
     limit, angle = table_limit(problem), timing.first_angle(offset, phase)
     speeds, _, turned = limit.run_up(offset, timing.speed(offset))

@@ -27,9 +27,10 @@ class Followed(Protocol):
     """Interface of a strategy for its simulation; see `Strategy`."""
 
     problem: CenteringProblem
-    timing: CycleTiming
     finish: float
 
+    @property
+    def timing(self) -> CycleTiming: ...
     def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice: ...
     def profile(self, choice: PushChoice) -> TipProfile: ...
     def update_belief(
@@ -78,11 +79,11 @@ class Parts:
         self.beliefs = [Belief(1.0, 0.0, prior(strategy.problem, 1.0, 0.0))] * count
         self.waiting = np.ones(count, dtype=bool)
         self.pushes = np.zeros(count, dtype=np.int64)
-        self.last = np.full(count, np.nan)  # time since the touch of the latest push, s
+        self.last = np.full(count, np.nan)  # time since the latest push, s
         self.measured = np.abs(self.offset + self.scatter.measuring_sd * random.standard_normal(count))
-        self.phase = random.uniform(0.0, 2.0 * np.pi, count)  # of the first touch, rad
+        self.phase = random.uniform(0.0, 2.0 * np.pi, count)  # first push after the soonest, rad
         begun = [
-            strategy.timing.first_touch(float(d), float(phase))
+            strategy.timing.first_push(float(d), float(phase))
             for d, phase in zip(self.measured, self.phase, strict=True)
         ]
         self.time, self.speed = np.array(begun).T  # s; of the table, rad/s
@@ -152,12 +153,11 @@ class Parts:
         )
         self._learn(k, choice, seen, unit)
         self.waiting[k] = self.measured[k] > strategy.finish
-        pressed, place = pushing_time(strategy.profile(choice)), float(self.measured[k])
-        begun = {"before": float(self.speed[k]), "offset": place, "pushes": int(self.pushes[k])}
-        begun["first"] = float(self.phase[k])
+        pressed, times = pushing_time(strategy.profile(choice)), strategy.timing
+        at = float(self.speed[k]), float(self.measured[k]), int(self.pushes[k]), float(self.phase[k])
         if self.waiting[k]:
-            self.last[k], self.speed[k] = strategy.timing.next_touch(choice.kind, pressed, phase, **begun)
+            self.last[k], self.speed[k] = times.next_push(choice.kind, pressed, phase, *at)
         else:
-            self.last[k] = strategy.timing.end_time(choice.kind, pressed, **begun)
+            self.last[k] = times.end_time(choice.kind, pressed, *at)
         self.time[k] += self.last[k]
         self.pushes[k] += 1

@@ -12,11 +12,12 @@ from centering.cycle._strategy.as_sdp import finish_offset, friction_axis, offse
 from centering.cycle._strategy.belief import Belief, FrictionScaleBelief, PushEvidence
 from centering.cycle._strategy.belief_kernels import learned
 from centering.cycle._strategy.choice import PushChoice
+from centering.cycle._strategy.cycle_times import WORTH, cycle_timing
 from centering.cycle._strategy.density import moments, prior
 from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.lookup_kernels import choose, value_at
 from centering.cycle._strategy.outcomes import OutcomeTable
-from centering.cycle._strategy.timing import WORTH, CycleTiming, cycle_timing
+from centering.cycle._strategy.timing import CycleTiming
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import lasting

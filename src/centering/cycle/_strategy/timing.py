@@ -1,4 +1,4 @@
-"""Times of a cycle: to the first push, from push to push, and to the end, as machine and controller take them."""
+"""Times of a cycle: to the first push, from push to push, and to the end, as the controller takes them."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,31 +8,31 @@ from typing import Any
 import numpy as np
 
 from centering._problem.problem import CenteringProblem
-from centering.cycle._strategy.belief import FrictionScaleBelief
-from centering.cycle._strategy.measuring import final_arcs, places, push_arcs, push_scatter
-from centering.cycle._strategy.outcomes import OutcomeTable
-from centering.cycle._strategy.table_limit import SURE, TableLimit, least_friction
-from centering.cycle._strategy.tip_ways import LATEST, approach_times, times_after
-from centering.cycle._strategy.turning_kernels import RESTING, measured_at, speed_after, touch_to_touch, turn_time
+from centering.cycle._strategy.table_limit import TableLimit, least_friction
+from centering.cycle._strategy.tip_ways import LATEST
+from centering.cycle._strategy.turning_kernels import (
+    RESTING,
+    measured_at,
+    push_to_push,
+    speed_after,
+    turn_time,
+)
 from centering.push._profile.timing import rest_to_rest
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
 SETTLED = 4  # chosen: pushes after which the belief counts as settled; further ones change its sd little
-WORTH = 0.65  # chosen: evidence of a push in fully informative ones; about the mean of `update_belief`
 FIRSTS = 8  # chosen: rotations until the first push; the shorter, the less is known of the radius after it
 _PHASES = 16  # chosen: directions of a part at the start, for the mean time to its first push
 
 
 @dataclass(frozen=True, eq=False)
 class CycleTiming(Frozen):
-    """Times of a cycle of `CenteringController` with its usual settings.
+    """Times of a cycle of `CenteringController` with its usual settings; `Strategy.timing`.
 
-    The table runs up as fast as friction allows, keeps its speed around a push, and gains speed between two. A
-    measurement lasts until the place is known as well as the push needs; the last one until the part is certainly
-    within the tolerance.
-
-    The times of a push are told from the alignment of the offset with the tip: the direction of the push.
+    The table runs up as fast as friction allows, keeps its speed in a push, and gains speed between two. A
+    measurement lasts until the place is known as well as the push needs; the last one until the part is
+    certainly within the tolerance. Times are told from the alignment of pushes: the offset under the tip.
 
     Attributes
     ----------
@@ -41,15 +41,15 @@ class CycleTiming(Frozen):
     offsets, speeds : array, (N,)
         Nodes of the offset, evenly in its logarithm, mm, and table speeds there, rad/s.
     arc : array, (P, F, N)
-        Rotation of the table during the measurement before a push, rad, by the number of pushes before and the
-        rotation until the first one, evenly in a turn.
+        Rotation of the table during the measurement before a push, rad, by the number of pushes before and
+        the rotation until the first one, evenly in a turn.
     final_arc : array, (P, F, M)
         Rotation during the last measurement, of parts at offsets evenly from 0 to that of a centred one, rad.
     lead : array, (N,)
         Time from the start of a push to its alignment, s.
     after : array, (K, 4)
-        Times from the turning point of the tip, s: to its stop, to the first reading of a part at rest, to the first
-        decision; and of the fewest readings.
+        Times from the turning point of the tip, by kind of push, s: until the table changes its speed, the
+        first reading of a part at rest, the first decision; and time of the fewest readings.
     rate : array, (P, N)
         Acceleration of the table after a push, by the number of pushes before, rad/s^2.
     """
@@ -71,7 +71,7 @@ class CycleTiming(Frozen):
     def before(self) -> Floats:
         """Mean table speed at a push, (P, F, N), rad/s: by pushes before and rotation until the first one."""
         each = [2.0 * pi * (np.array([0.25, 0.75]) + k) / FIRSTS for k in range(FIRSTS)]
-        first = [[self._first_touches(float(d), phases)[1].mean() for d in self.offsets] for phases in each]
+        first = [[self._first_pushes(float(d), phases)[1].mean() for d in self.offsets] for phases in each]
         found, held = [np.array(first)], float(np.median(self.after[:, 0]))
         came = np.array([[self._at(row, 0.5 * self.problem.offset_max)] for row in found[0]])
         begun = np.minimum(found[0], came)
@@ -81,37 +81,37 @@ class CycleTiming(Frozen):
         return np.array(found)
 
     def of_kind(self, kind: int, pushes: int) -> tuple[Any, ...]:
-        """Return the times of a kind of push after as many `pushes` for `all_draws` (s, rad, rad/s, rad/s^2)."""
+        """Return the times of a kind of push after `pushes` for `all_draws` (s, rad, rad/s, rad/s^2)."""
         seen, then = min(pushes, SETTLED), min(pushes + 1, SETTLED)
         tip = tuple(self.after[kind].tolist())
         turned = self.arc[then], self.final_arc[then], self.before[seen], self.rate[then]
         return tip, self.lead + LATEST * self._sample, self.lead, *turned
 
     def start_time(self, offset: float) -> float:
-        """Return the mean time from rest to first touch at an offset (mm), s."""
+        """Return the mean time from rest to the first push at an offset (mm), s."""
         phases = 2.0 * pi * (np.arange(_PHASES) + 0.5) / _PHASES
-        return float(np.mean(self._first_touches(offset, phases)[0]))
+        return float(np.mean(self._first_pushes(offset, phases)[0]))
 
-    def first_touch(self, offset: float, phase: float) -> tuple[float, float]:
-        """Return time (s) from rest and table speed (rad/s) at the first touch of a part at an offset (mm).
+    def first_push(self, offset: float, phase: float) -> tuple[float, float]:
+        """Return time (s) from rest and table speed (rad/s) at the first push of a part at an offset (mm).
 
-        Its direction comes under the tip by `phase` (rad) later than it could be touched.
+        The table turns by `phase` (rad) further than to the soonest push.
         """
-        time, speed, _ = self._first_touches(offset, np.array([phase]))
+        time, speed, _ = self._first_pushes(offset, np.array([phase]))
         return float(time[0]), float(speed[0])
 
     def first_angle(self, offset: float, phase: float) -> float:
-        """Return the rotation (rad) of the table until the `first_touch` (mm, rad)."""
-        return float(self._first_touches(offset, np.array([phase]))[2][0])
+        """Return the rotation (rad) of the table until the `first_push` (mm, rad)."""
+        return float(self._first_pushes(offset, np.array([phase]))[2][0])
 
-    def _first_touches(self, offset: float, phases: Floats) -> tuple[Floats, Floats, Floats]:
+    def _first_pushes(self, offset: float, phases: Floats) -> tuple[Floats, Floats, Floats]:
         limits, goal = self.problem.limits, self.speed(offset)
         speeds, times, turned = table_limit(self.problem).run_up(offset, goal)
         arc, lead = self._at(self.arc[0, 0], offset), self._at(self.lead, offset)
         known = np.interp(np.sqrt(arc), np.sqrt(turned), times) + max(arc - turned[-1], 0.0) / goal
         there = rest_to_rest(limits.follow_gap, limits.slide_speed_max, limits.acceleration_max)
         soonest = max(float(known) + LATEST * self._sample, there)
-        aligned = turned + speeds * lead  # of pushes that start along the run-up: the table keeps its speed meanwhile
+        aligned = turned + speeds * lead  # of pushes that start in the run-up: they keep its speed
         angle = phases + np.interp(soonest, times, aligned) + max(soonest - times[-1], 0.0) * goal
         time = lead + np.interp(angle, aligned, times) + np.maximum(angle - aligned[-1], 0.0) / goal
         return time, np.interp(angle, aligned, speeds), angle
@@ -124,54 +124,55 @@ class CycleTiming(Frozen):
         """Value at an offset (mm), between the nodes."""
         return float(np.interp(np.log(max(offset, self.offsets[0])), np.log(self.offsets), values))
 
-    def next_touch(
+    def next_push(
         self,
         kind: int,
         pressed: float,
         phase: float,
-        *,
         before: float,
         offset: float,
         pushes: int,
         first: float,
     ) -> tuple[float, float]:
-        """Return time (s) from touch to touch and the table speed (rad/s) at the second.
+        """Return the time (s) from a push to the next, and the table speed (rad/s) at that.
 
         Parameters
         ----------
         kind : int
-            Kind of both pushes.
+            Kind of the push.
         pressed : float
-            Time from touch to the turning point of the tip, s.
+            Time from its touch to the turning point of the tip, s.
         phase : float
             Rotation of the table that brings the part under the tip, rad.
         before : float
-            Table speed at the first touch, rad/s.
+            Table speed at the push, rad/s.
         offset : float
-            Offset after the first push, mm.
+            Offset after it, mm.
         pushes : int
-            Pushes before the first one.
+            Pushes before it.
         first : float
-            Rotation until the first push of the part, rad.
+            Phase of the `first_push` of the part, rad.
         """
-        tip, *columns = self.of_kind(kind, pushes)
-        lead, frozen, arcs, _, _, rate = columns
-        arc = arcs[_quarter(first)]
-        speed, rate, arc, lead, frozen = (
-            self._at(each, offset) for each in (self.speeds, rate, arc, lead, frozen)
-        )
-        time, reached = touch_to_touch(phase, RESTING * pressed, tip, before, speed, rate, arc, lead, frozen)
+        tip, launch, lead, arcs, _, _, rates = self.of_kind(kind, pushes)
+        columns = self.speeds, rates, arcs[_part_of_turn(first)], launch, lead
+        there = [self._at(each, offset) for each in columns]
+        time, reached = push_to_push(phase, RESTING * pressed, tip, before, *there)
         return float(time), float(reached)
 
     def end_time(
-        self, kind: int, pressed: float, *, before: float, offset: float, pushes: int, first: float
+        self, kind: int, pressed: float, before: float, offset: float, pushes: int, first: float
     ) -> float:
-        """Return the time (s) from the last push to the end; arguments as of `next_touch`."""
-        tip, _, _, _, arcs, _, rate = self.of_kind(kind, pushes)
-        ends = arcs[_quarter(first)]
-        arc = float(np.interp(offset, np.linspace(0.0, self.offsets[0], ends.size), ends))
-        speed = float(self.speeds[0])
-        return float(measured_at(RESTING * pressed, tip, before, speed, float(rate[0]), arc))
+        """Return the time (s) from the last push to the end; arguments as of `next_push` (s, mm, rad)."""
+        tip, _, _, _, ends, _, rates = self.of_kind(kind, pushes)
+        arcs = ends[_part_of_turn(first)]
+        arc = float(np.interp(offset, np.linspace(0.0, self.offsets[0], arcs.size), arcs))
+        goal, rate = float(self.speeds[0]), float(rates[0])
+        return float(measured_at(RESTING * pressed, tip, before, goal, rate, arc))
+
+
+def table_limit(problem: CenteringProblem) -> TableLimit:
+    """Return the limit of the table before a push has shown the friction of a part."""
+    return TableLimit(problem, least_friction(problem))
 
 
 def _mean_reached(before: Floats, speeds: Floats, rates: Floats, held: float, steady: Floats) -> Floats:
@@ -184,60 +185,6 @@ def _mean_reached(before: Floats, speeds: Floats, rates: Floats, held: float, st
     return np.array(found)
 
 
-def _quarter(first: float) -> int:
-    """Which of the rotations until the first push (rad) one is."""
+def _part_of_turn(first: float) -> int:
+    """Which of the tabulated rotations until the first push one (rad) is."""
     return int(first / (2.0 * pi) % 1.0 * FIRSTS)
-
-
-def cycle_timing(
-    problem: CenteringProblem, outcomes: OutcomeTable, offsets: Floats, speeds: Floats
-) -> CycleTiming:
-    """Return the times of cycles at table speeds (rad/s) at nodes of the offset (mm), the first that of the goal."""
-    table = table_limit(problem)
-    speed, rate = float(speeds[0]), table.acceleration(problem.offset_max, 0.0)
-    each = [places(problem, speed, rate, 2.0 * pi * (k + 0.5) / FIRSTS, SETTLED) for k in range(FIRSTS)]
-    measured = list(zip(*each, strict=True))
-    return CycleTiming(
-        problem,
-        offsets,
-        speeds,
-        np.array([[push_arcs(problem, offsets, one) for one in stage] for stage in measured]),
-        np.array([[final_arcs(problem, float(offsets[0]), one) for one in stage] for stage in measured]),
-        _leads(problem, outcomes, offsets),
-        np.array([times_after(problem, kind) for kind in outcomes.kinds]),
-        _rates(problem, offsets, speeds),
-    )
-
-
-def _leads(problem: CenteringProblem, outcomes: OutcomeTable, offsets: Floats) -> Floats:
-    """Times from the start of pushes of whole offsets (mm) to their alignment, s: median over the kinds."""
-    at, kinds = np.searchsorted(outcomes.strokes, offsets), outcomes.kinds
-    known = push_scatter(problem.scatter, offsets)
-    ways = np.array([approach_times(problem, kind, known, float(offsets[-1])) for kind in kinds])
-    pressed = np.array([times[np.minimum(at, times.size - 1)] for times in outcomes.contact_time])
-    possible = at <= outcomes.last[:, None]
-    possible |= ~possible.any(axis=0)
-    return np.nanmedian(np.where(possible, ways + (1.0 - RESTING) * pressed, np.nan), axis=0)
-
-
-def table_limit(problem: CenteringProblem) -> TableLimit:
-    """Return the limit of the table before a push has shown the friction of a part."""
-    return TableLimit(problem, least_friction(problem))
-
-
-def _rates(problem: CenteringProblem, offsets: Floats, speeds: Floats) -> Floats:
-    """Mean accelerations of run-ups to the speeds (rad/s) at the offsets (mm), by pushes seen, rad/s^2."""
-    belief, least = FrictionScaleBelief.of(problem.scatter), least_friction(problem)
-    told = [1.0 - SURE * belief.next_sd(WORTH * pushes) for pushes in range(1, SETTLED + 1)]
-    limits = [TableLimit(problem, max(friction, least)) for friction in (least, *told)]
-    pairs = list(zip(offsets.tolist(), speeds.tolist(), strict=True))
-    return np.array([[w / limit.run_up(offset, w)[1][-1] for offset, w in pairs] for limit in limits])
-
-
-def table_speeds(problem: CenteringProblem, offset: Floats, speed: str | float) -> Floats:
-    """Return the greatest table speeds (rad/s) without slip or outrun tip at offsets (mm), or `speed`.
-
-    They hold for the least friction of the problem, before a push has shown that of the part.
-    """
-    fastest = table_limit(problem).speeds(offset)
-    return np.asarray(fastest if isinstance(speed, str) else np.minimum(fastest, speed))

@@ -1,4 +1,4 @@
-"""Ways of the tip around a push: its waiting place, approach and retreat, and the rest of the part after it."""
+"""Ways of the tip around a push: waiting place, approach and retreat, and the rest of the part after it."""
 
 from math import sqrt
 
@@ -70,7 +70,7 @@ def coasting_time(shape: str, push_speed: float, model: PushModel) -> float:
 
 
 def approach_times(problem: CenteringProblem, kind: PushKind, place_sd: Floats, longest: float) -> Floats:
-    """Return the times (s) from the start of a push to its touch, of parts whose place is known so well (sd, mm).
+    """Return the times (s) from the start of a push to its touch, of parts whose place has a sd (mm).
 
     `longest`: a stroke long enough for the speed of the push, mm.
     """
@@ -84,8 +84,8 @@ def approach_times(problem: CenteringProblem, kind: PushKind, place_sd: Floats, 
 def times_after(problem: CenteringProblem, kind: PushKind) -> tuple[float, float, float, float]:
     """Return times from the turning point of the tip, s, and the time of the fewest readings.
 
-    To the change of the table's speed, once the tip stands; to the first reading of a part at rest; to the first
-    decision.
+    To the change of the table's speed, once the tip stands; to the first reading of a part at rest; to the
+    first decision.
     """
     limits, sample = problem.limits, problem.limits.sample_time
     back = retraction(limits.acceleration_max) if kind.retract else drawn_back_rows(limits)
