@@ -8,6 +8,7 @@ import numpy as np
 from centering._plant import measure_kernels as gauges
 from centering._plant import slide_kernels as slide
 from centering._plant.probe import NO_ERRORS, ProbeErrors
+from centering._problem.model import FORCE_MAX
 from centering.push import CenteringLimits, PushModel, PushScatter
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -16,7 +17,6 @@ from sdpgrind.base.checks import Floats
 _BANDWIDTH = 2 * math.pi * 825.0  # rad/s; source: Mears (2006)
 _DAMPING = math.sqrt(0.5)  # chosen: the source gives none
 _STROKE = 25.0  # stroke of the probe, mm; source: Mears (2006)
-FORCE_MAX = 446.0  # range of the force sensor, N; source: Mears (2006)
 _FORCE_QUANTUM = 2 * FORCE_MAX / 4096  # N; derived: 12 bits of the sensor's range
 _FINENESS = 0.08  # step over the contact's times sqrt(M/k) and M/b; chosen: larger ones lose accuracy
 _LONGEST_STEP = 5e-4  # s; chosen: as above, for soft contacts

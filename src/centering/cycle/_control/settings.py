@@ -2,7 +2,7 @@
 
 from math import pi, sqrt
 
-from centering._plant.settings import FORCE_MAX
+from centering._problem.model import FORCE_MAX
 from sdpgrind.base.quantities import Described, described, quantity
 
 _ROUNDED = 2.0 * pi / 4000.0 / sqrt(12.0)  # rad, derived: sd of rounding to 4000 counts a turn

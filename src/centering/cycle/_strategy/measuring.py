@@ -21,7 +21,7 @@ _MANY = 12  # chosen: readings below which each is looked at; fewer delay the fi
 _ENDS = 9  # chosen: offsets of a centred part in a table
 
 
-class Measured(NamedTuple):
+class PlaceErrors(NamedTuple):
     """Errors of a place by the rotation of the table since a push, for as many pushes as there were before.
 
     Attributes
@@ -70,7 +70,7 @@ def push_scatter(scatter: PushScatter, offset: Floats | float) -> Floats:
     return np.asarray(np.hypot(scatter.direction_sd * np.asarray(offset), own))
 
 
-def push_arcs(problem: CenteringProblem, offsets: Floats, measured: Measured) -> Floats:
+def push_arcs(problem: CenteringProblem, offsets: Floats, measured: PlaceErrors) -> Floats:
     """Return the rotations (rad) before a push of parts at offsets (mm).
 
     The place is known as well as the push needs, and the part is certainly out of the tolerance.
@@ -80,13 +80,15 @@ def push_arcs(problem: CenteringProblem, offsets: Floats, measured: Measured) ->
     return np.maximum(known, np.where(offsets <= SEEMS * problem.tolerance, doubt, 0.0))
 
 
-def final_arcs(problem: CenteringProblem, finish: float, measured: Measured) -> Floats:
+def final_arcs(problem: CenteringProblem, finish: float, measured: PlaceErrors) -> Floats:
     """Return the rotations (rad) after which parts at offsets of 0 to `finish` (mm) certainly are centred."""
     ends = np.linspace(0.0, finish, _ENDS).tolist()
     return np.array([measured.until_centred(offset, problem.tolerance) for offset in ends])
 
 
-def places(problem: CenteringProblem, speed: float, rate: float, first: float, pushes: int) -> list[Measured]:
+def places(
+    problem: CenteringProblem, speed: float, rate: float, first: float, pushes: int
+) -> list[PlaceErrors]:
     """Return errors after 0 to `pushes` pushes; radius and form become known from place to place.
 
     The table runs up at a rate (rad/s^2) by `first` (rad) until the first push, then turns at a speed, rad/s.
@@ -106,7 +108,7 @@ def places(problem: CenteringProblem, speed: float, rate: float, first: float, p
 
 def _place(
     ring: RingFilter, angles: Floats, ends: float, radius: float, noise: float
-) -> tuple[Measured, RingFilter]:
+) -> tuple[PlaceErrors, RingFilter]:
     """Errors of one place by readings whose errors alternate, and the filter moved where a rotation ends."""
     last, looked, rows, later = int(np.searchsorted(angles, angles[0] + ends)), 0, [], ring
     for k, angle in enumerate(angles.tolist()):
@@ -120,4 +122,4 @@ def _place(
             ring.look()
             later = deepcopy(ring)
             later.moved()
-    return Measured(*np.array(rows).T), later
+    return PlaceErrors(*np.array(rows).T), later

@@ -101,7 +101,7 @@ class CycleTiming(Frozen):
         return float(time[0]), float(speed[0])
 
     def first_angle(self, offset: float, phase: float) -> float:
-        """Return the rotation (rad) of the table until the `first_push` (mm, rad)."""
+        """Return the rotation until the `first_push` at an `offset` (mm) and a `phase` (rad), rad."""
         return float(self._first_pushes(offset, np.array([phase]))[2][0])
 
     def _first_pushes(self, offset: float, phases: Floats) -> tuple[Floats, Floats, Floats]:
@@ -162,7 +162,13 @@ class CycleTiming(Frozen):
     def end_time(
         self, kind: int, pressed: float, before: float, offset: float, pushes: int, first: float
     ) -> float:
-        """Return the time (s) from the last push to the end; arguments as of `next_push` (s, mm, rad)."""
+        """Return the time from the last push to the end, s.
+
+        Parameters
+        ----------
+        kind, pressed, before, offset, pushes, first
+            Arguments as of `next_push`: s, rad/s, mm, rad.
+        """
         tip, _, _, _, ends, _, rates = self.of_kind(kind, pushes)
         arcs = ends[_part_of_turn(first)]
         arc = float(np.interp(offset, np.linspace(0.0, self.offsets[0], arcs.size), arcs))
