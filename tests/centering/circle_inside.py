@@ -30,7 +30,7 @@ from centering.roundness._distance_kernels import _crossing, _parting, _standing
 from centering.roundness._ends_kernels import zone_widths
 from centering.roundness._filters import Filter, gaussian
 from centering.roundness._harmonic_fit import fit_harmonics, values_at
-from centering.roundness._interval import DrawnNoise
+from centering.roundness._interval import DrawnNoise, _without_ripple, lifts, seen
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._polar import polar_axes, polar_scale
 from centering.roundness._proof_kernels import (
@@ -69,6 +69,7 @@ __all__ = [
     "_parting",
     "_ranked",
     "_standing",
+    "_without_ripple",
     "ball",
     "chance_below",
     "cusum_detection",
@@ -89,6 +90,7 @@ __all__ = [
     "harmonic_rows",
     "into_part",
     "learned_widening",
+    "lifts",
     "likely_step",
     "limacon",
     "log_likelihood",
@@ -100,6 +102,7 @@ __all__ = [
     "robust_gaussian",
     "robust_kernels",
     "roughness",
+    "seen",
     "slots",
     "split",
     "steepness",

@@ -6,22 +6,25 @@ from centering.cycle._control import next_push as cycle_next
 from centering.cycle._control.following import braking_speed
 from centering.cycle._control.form import RingFilter
 from centering.cycle._control.form_kernels import LAST, SIZE, _write_row
-from centering.cycle._control.launch import Approach, felt_model, followed, launch, preview, run_up
+from centering.cycle._control.launch import Approach, SentPush, felt_model, followed, launch, preview
 from centering.cycle._control.learning import LearnedBias, RingTravel
+from centering.cycle._control.next_push import NextPush
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.push_evidence import FeltPush
 from centering.cycle._control.table_motion import TableMotion
 from centering.cycle._source.planner import PrintedPlanner
-from centering.cycle._strategy.as_sdp import FRACTIONS, WORTH, KindOfPush, Size, draws
+from centering.cycle._strategy.as_sdp import FRACTIONS, KindOfPush, Size, draws
 from centering.cycle._strategy.belief import FrictionScaleBelief
 from centering.cycle._strategy.belief_kernels import learned
+from centering.cycle._strategy.cycle_times import WORTH, table_speeds
 from centering.cycle._strategy.density import lower_end, moments, prior, widened
-from centering.cycle._strategy.draw_kernels import push_once, waiting_time
+from centering.cycle._strategy.draw_kernels import push_once
 from centering.cycle._strategy.lookup_kernels import choose
 from centering.cycle._strategy.outcome_kernels import FINE
 from centering.cycle._strategy.outcomes import FRICTION_SCALES
 from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, prepared, solved
-from centering.cycle._strategy.timing import table_speeds
+from centering.cycle._strategy.tip_ways import run_up
+from centering.cycle._strategy.turning_kernels import RESTING, push_to_push, speed_after, turn_time
 from centering.push._contact.reaction import COLUMN_NAMES
 from centering.push._minimum_time import search as optimal
 from centering.push._minimum_time.program import STARTS, PushProgram, PushTask, Swing, TipState
@@ -44,6 +47,7 @@ __all__ = [
     "GIVEN_UP",
     "GRAVITY",
     "LAST",
+    "RESTING",
     "SETTLED",
     "SIZE",
     "STARTS",
@@ -53,12 +57,14 @@ __all__ = [
     "FrictionScaleBelief",
     "KindOfPush",
     "LearnedBias",
+    "NextPush",
     "PartView",
     "PrintedPlanner",
     "PushProgram",
     "PushTask",
     "RingFilter",
     "RingTravel",
+    "SentPush",
     "Size",
     "Swing",
     "TableMotion",
@@ -89,13 +95,15 @@ __all__ = [
     "prior",
     "profile_of",
     "push_once",
+    "push_to_push",
     "remaining",
     "ring_state",
     "run_up",
     "slide",
     "solved",
+    "speed_after",
     "table_speeds",
     "touch_back",
-    "waiting_time",
+    "turn_time",
     "widened",
 ]

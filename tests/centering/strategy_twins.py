@@ -3,7 +3,16 @@
 from math import atan2, cos, exp, hypot, log, pi, sin, sqrt
 
 import numpy as np
-from push_inside import FINE, FRICTION_SCALES, Size, prepared, solved
+from push_inside import (
+    FINE,
+    FRICTION_SCALES,
+    RESTING,
+    Size,
+    prepared,
+    solved,
+    speed_after,
+    turn_time,
+)
 
 from centering.cycle import OutcomeTable, PushKind
 from sdpgrind.base.progress import silent
@@ -60,13 +69,25 @@ def stroke_twin(table, kind, scale, travel):
     return table.first_stroke * table.stroke_ratio ** fine[np.argmax(reached)]
 
 
-def waiting_twin(phase, busy, speed, arc, before, acceleration):
-    """Turn by turn."""
-    angle = phase
-    while angle < speed * busy + arc - 1e-12:
-        angle += 2 * pi
-    ramp = max(0.0, speed - before)
-    return angle / speed + ramp**2 / (2 * acceleration * speed)
+def turned_twin(time, before, speed, rate, held, steady):
+    """Rotation (rad) of a table in a time, in small steps of its speed."""
+    steps = 4000
+    middle = (np.arange(steps) + 0.5) * (time / steps)
+    change = rate * np.clip(middle - held, 0.0, max(time - held - steady, 0.0))
+    speeds = np.minimum(before + change, speed) if speed > before else np.maximum(before - change, speed)
+    return float(speeds.mean() * time)
+
+
+def between_twin(phase, pressed, times, before, speed, rate):
+    """Time from push to push, turn by turn; `times` of the push, its measurement and the next approach."""
+    tip, arc, launch, lead = times
+    first, held = pressed + tip[1], pressed + tip[0]
+    begun = speed_after(first, before, speed, rate, held, 0.0)
+    measured = turn_time(arc, begun, speed, rate, max(held - first, 0.0), 0.0)
+    soonest = max(first + max(measured, tip[3]), pressed + tip[2]) + launch
+    while (time := turn_time(phase, before, speed, rate, held, lead)) < soonest:
+        phase += 2 * pi
+    return time, soonest
 
 
 def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
@@ -82,7 +103,7 @@ def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
     nodes = np.log(np.geomspace(where.low, where.high, where.nodes))
 
     def speed(d):
-        return float(np.interp(log(d), nodes, ground.speeds))
+        return float(np.interp(log(max(d, where.low)), nodes, ground.speeds))
 
     travels = np.array(
         [
@@ -93,15 +114,23 @@ def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
     noise2 = problem.scatter.stop_sd**2 + 2 * problem.scatter.measuring_sd**2
     gain = np.cov(travels, draws[0], bias=True)[0, 1] / (np.var(travels) + noise2)
     time, weights = 0.0, {}
-    for x, angle, hidden, w in zip(travels, draws[1], draws[3], draws[4], strict=True):
+    for q, (x, angle, hidden, w) in enumerate(zip(travels, draws[1], draws[3], draws[4], strict=True)):
         along, across = offset + hidden - x * cos(angle), -x * sin(angle)
         after, phase = hypot(along, across), (-atan2(across, along)) % (2 * pi) or 2 * pi
-        busy = pressed + ground.timing.busy_time
+        tip, launch, lead, arcs, ends, before, rate = ground.timing.of_kind(kind, seen)
+        row = q % len(arcs)
+        begun = float(np.interp(log(offset), nodes, before[row]))
         if after <= ground.finish:
-            time += w * (busy + ground.timing.measuring_arc / speed(ground.finish))
+            end = float(np.interp(after, np.linspace(0.0, ground.finish, ends.shape[1]), ends[row]))
+            time += (
+                w * between_twin(1e9, RESTING * pressed, (tip, end, 0.0, 0.0), begun, speed(0.0), rate[0])[1]
+            )
             continue
-        rise = problem.limits.spindle_acceleration_max
-        time += w * waiting_twin(phase, busy, speed(after), ground.timing.measuring_arc, speed(offset), rise)
+        arc, launch, lead, gains = (
+            float(np.interp(log(after), nodes, column)) for column in (arcs[row], launch, lead, rate)
+        )
+        times = tip, arc, launch, lead
+        time += w * between_twin(phase, RESTING * pressed, times, begun, speed(after), gains)[0]
         mean = friction + (sd**2 / spread if spread else 0.0) * gain * (x - travels.mean())
         mean = min(max(mean, scale.low), scale.high)
         i = min(log(after / where.low) / (log(where.high / where.low) / (where.nodes - 1)), where.nodes - 1)

@@ -4,9 +4,21 @@ from math import pi
 
 import numpy as np
 import pytest
+from cycle_twins import PlainStrategy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from push_inside import Approach, LearnedBias, RingTravel, TableMotion, followed, launch, preview, run_up
+from push_inside import (
+    Approach,
+    LearnedBias,
+    NextPush,
+    RingTravel,
+    SentPush,
+    TableMotion,
+    followed,
+    launch,
+    preview,
+    run_up,
+)
 
 from centering import preset, simulate_push
 from centering.cycle import PushKind
@@ -107,6 +119,18 @@ def test_time_and_speed_of_the_table_are_those_of_its_motion(speed, wanted, way)
         angle, time = angle + 0.5 * (before + w) * 1e-3, time + 1e-3
     assert table.time_to(1.0 + way) == pytest.approx(time, abs=3e-3)
     assert table.speed_at(1.0 + way) == pytest.approx(w, abs=3e-2)
+
+
+def test_a_table_that_gains_speed_pushes_in_the_turn_in_which_it_can():
+    """A rough plan for 10.5 rad/s leads by 2 rad, the alignment is 1.5 rad ahead; at the speed there it leads less."""
+    table, coming = TableMotion(10.0), NextPush(PlainStrategy(PROBLEM), 0.0)
+    table.see(0.03, 0.005, 0.3)
+    table.set_point = 10.47
+    coming.launch, coming.start = SentPush(2.03, np.zeros((0, 3)), 0.25, 0.0, 0), Approach(5.0, 0.1, 10.47)
+    speed = coming.arriving(1.5, table)
+    coming.set_trigger(1.5, table, speed)
+    assert speed == pytest.approx(table.speed_at(coming.trigger), rel=1e-6)
+    assert coming.trigger + speed * 2.03 / 10.47 == pytest.approx(1.5, rel=1e-9)
 
 
 def test_a_table_at_rest_never_comes():

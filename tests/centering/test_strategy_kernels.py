@@ -19,9 +19,10 @@ from push_inside import (
     prepared,
     prior,
     push_once,
-    waiting_time,
+    push_to_push,
+    turn_time,
 )
-from strategy_twins import made_up_table, posterior_twin, push_twin, stroke_twin, travel_twin, waiting_twin
+from strategy_twins import made_up_table, posterior_twin, push_twin, stroke_twin, travel_twin, turned_twin
 
 from centering import preset
 from centering.cycle import PushKind
@@ -69,17 +70,28 @@ def test_mean_travel_is_the_mean_over_a_normal_friction_scale():
 
 @settings(deadline=None)
 @given(
-    st.floats(0.01, 2 * pi),
-    st.floats(0.0, 1.0),
+    st.floats(0.01, 4 * pi),
     st.floats(0.5, 12.0),
-    st.floats(0.1, 6.0),
-    st.floats(0.0, 12.0),
-    st.floats(1.0, 20.0),
+    st.floats(0.5, 12.0),
+    st.floats(0.5, 20.0),
+    st.floats(0.0, 0.3),
+    st.floats(0.0, 0.2),
 )
-def test_waiting_turns_until_all_is_done(phase, busy, speed, arc, before, acceleration):
-    here = waiting_time(phase, busy, speed, arc, before, acceleration)
-    assert here == pytest.approx(waiting_twin(phase, busy, speed, arc, before, acceleration), rel=1e-12)
-    assert here >= busy + arc / speed - 1e-9
+def test_a_table_has_turned_by_the_angle(angle, before, speed, rate, held, steady):
+    """Also a table that slows, which is not steady, and one that is there before its speed changes."""
+    time, late = turn_time(angle, before, speed, rate, held, steady), steady if speed >= before else 0.0
+    assert turned_twin(time, before, speed, rate, held, late) == pytest.approx(angle, abs=1e-3 * angle)
+    kept = turn_time(angle, before, speed, rate, held, 0.0)
+    assert speed < before or time >= kept - 1e-12
+
+
+def test_a_push_waits_for_its_measurement():
+    tip, times = (0.04, 0.1, 0.05, 0.03), (0.4, 0.05, 0.03)
+    soonest = 0.02 + 0.1 + 0.4 / 10.0 + 0.05  # s: push, rest, 0.4 rad at 10 rad/s, launch
+    for phase in (10.0 * soonest + 1e-6, 10.0 * soonest - 1e-6):
+        time, speed = push_to_push(phase, 0.02, tip, 10.0, 10.0, 5.0, *times)
+        assert time == pytest.approx(soonest + (0.2 * pi if phase < 10.0 * soonest else 0.0), abs=1e-6)
+        assert speed == 10.0
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from strategy_twins import quick_strategy
 
 import sdpgrind
 from centering import Strategy, plan, preset
-from centering.cycle import CycleTiming, PushKind
+from centering.cycle import PushKind
 from centering.push.turning import spindle_speed_limit
 from sdpgrind.base.progress import silent
 
@@ -142,7 +142,6 @@ def test_pushes_are_simulated_and_not_looked_up(light):
     changed = Strategy(
         light.problem,
         light.outcomes.replace(travel=light.outcomes.travel + 0.05),
-        light.timing,
         light._speeds,
         (light._value, light._kind, light._share),
     )
@@ -275,9 +274,6 @@ def test_what_a_strategy_refuses(light):
         light.simulate(runs=2, start=11.0)
     with pytest.raises(ValueError, match="runs must be"):
         light.simulate(runs=0)
-    for name in ("measuring_arc", "busy_time", "first_arc"):
-        with pytest.raises(ValueError, match=f"{name} must be > 0"):
-            CycleTiming(**{name: 0.0})
     with pytest.raises(ValueError, match=r"push_speed must be > 0 \(mm/s\)"):
         PushKind("gentle", 0.0, True)
     with pytest.raises(ValueError, match="part_sd must be >= 0"):
@@ -341,9 +337,7 @@ def test_a_strategy_cannot_be_changed_from_outside(light):
             variable.values[:] = 0
     assert (light.push(offset=1.0), light.value(offset=1.0)) == before
     given = light._speeds.copy()
-    one = Strategy(
-        light.problem, light.outcomes, light.timing, given, (light._value, light._kind, light._share)
-    )
+    one = Strategy(light.problem, light.outcomes, given, (light._value, light._kind, light._share))
     given[:] = 0.0
     assert one == light and one.push(offset=1.0).spindle_speed > 0.0
 

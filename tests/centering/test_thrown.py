@@ -47,10 +47,12 @@ def test_a_thrown_part_begins_again_on_a_slower_table():
 
 @pytest.mark.parametrize(("friction", "every", "least"), SEEN)
 def test_the_share_of_thrown_parts_that_is_seen(friction, every, least):
-    """Of the parts 2 to 8; a slip that a push follows at once is not seen; the tip hits none."""
+    """Of the parts 2 to 8; a slip that a push follows at once is mended, not seen; the tip hits none."""
     runs = [followed(friction, seed=seed, every=every, time_max=2.0) for seed in range(2, 9)]
-    slipped = [states for states, _, outcome in runs if outcome["slipped"]]
-    assert sum(CycleState.REFOLLOW in states for states in slipped) >= least
+    slipped = [(states, outcome) for states, _, outcome in runs if outcome["slipped"]]
+    mended = [outcome["pushes"] > 0 and outcome["offset"] < 0.5 for _, outcome in slipped]
+    seen = [CycleState.REFOLLOW in states for states, _ in slipped]
+    assert sum(np.logical_or(seen, mended)) >= least
     assert len(slipped) >= 6 and sum(outcome["collisions"] for *_, outcome in runs) == 0.0
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import sdpgrind
 from centering import Strategy, preset
-from centering.cycle import CycleTiming, OutcomeTable, PushKind
+from centering.cycle import OutcomeTable, PushKind
 
 pytestmark = [
     pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not installed"),
@@ -27,7 +27,7 @@ def strategy():
     outcomes = OutcomeTable(KINDS, 0.01, 1.05, travel, np.ones((3, 120)), last)
     shape = PUSHES, OFFSETS, FRICTIONS
     table = rng.uniform(1.0, 9.0, shape), rng.integers(0, 3, shape), rng.uniform(0.6, 1.5, shape)
-    return Strategy(preset("printed"), outcomes, CycleTiming(), np.linspace(9.0, 3.0, OFFSETS), table)
+    return Strategy(preset("printed"), outcomes, np.linspace(9.0, 3.0, OFFSETS), table)
 
 
 @pytest.fixture(scope="module")

@@ -176,11 +176,6 @@ CALLS = [
     (CENTERING, {"follow_gap": 0.008}, "mm, some 8; units.m(...) for metres; got 0.008"),
     (centering.CycleSettings(), {"manual_lead": 10.0}, "rad, some 0.1; units.deg(...) for degrees; got 10.0"),
     (
-        centering.cycle.CycleTiming(),
-        {"measuring_arc": 90.0},
-        "rad, some 1.6; units.deg(...) for degrees; got 90.0",
-    ),
-    (
         centering.cycle.FollowingLimits(),
         {"speed": 0.12},
         "mm/s, some 120; units.m_per_s(...) for m/s; got 0.12",

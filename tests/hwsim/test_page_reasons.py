@@ -81,7 +81,6 @@ def test_legs_of_a_centering_page_are_those_of_finished_parts():
     runs = SimpleNamespace(pushes=np.full(400, 2), offset=np.full(400, 1e-3), last=np.full(400, 0.3))
     plan = SimpleNamespace(
         problem=SimpleNamespace(offset_max=5.0, model=SimpleNamespace(mu_kinetic=0.2)),
-        timing=SimpleNamespace(measuring_arc=1.6, busy_time=0.1),
         finish=2e-3,
         simulate=lambda **more: runs,
         start_time=lambda offset: 0.9,

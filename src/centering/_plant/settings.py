@@ -8,6 +8,7 @@ import numpy as np
 from centering._plant import measure_kernels as gauges
 from centering._plant import slide_kernels as slide
 from centering._plant.probe import NO_ERRORS, ProbeErrors
+from centering._problem.model import FORCE_MAX
 from centering.push import CenteringLimits, PushModel, PushScatter
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -16,8 +17,7 @@ from sdpgrind.base.checks import Floats
 _BANDWIDTH = 2 * math.pi * 825.0  # rad/s; source: Mears (2006)
 _DAMPING = math.sqrt(0.5)  # chosen: the source gives none
 _STROKE = 25.0  # stroke of the probe, mm; source: Mears (2006)
-_FORCE_MAX = 446.0  # range of the force sensor, N; source: Mears (2006)
-_FORCE_QUANTUM = 2 * _FORCE_MAX / 4096  # N; derived: 12 bits of the sensor's range
+_FORCE_QUANTUM = 2 * FORCE_MAX / 4096  # N; derived: 12 bits of the sensor's range
 _FINENESS = 0.08  # step over the contact's times sqrt(M/k) and M/b; chosen: larger ones lose accuracy
 _LONGEST_STEP = 5e-4  # s; chosen: as above, for soft contacts
 # source: Mears (2006), Table 3.2: speed (mm/min), largest following error (µm) with 0.8 kg and with 18.9 kg
@@ -64,7 +64,7 @@ def gauge_settings(
         gauge[gauges.RUNOUT], gauge[gauges.ROLL] = errors.runout, radius / tip_radius * (1 - errors.slip)
     gauge[gauges.DUST], gauge[gauges.DUST_SIZE] = errors.dust, errors.dust_size
     gauge[gauges.FORCE_QUANTUM] = 0.0 if given is None else _FORCE_QUANTUM
-    gauge[gauges.FORCE_MAX] = _FORCE_MAX
+    gauge[gauges.FORCE_MAX] = FORCE_MAX
     return gauge
 
 

@@ -8,6 +8,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, part, quantity
 from sdpgrind.base.warned import warn
 
+FORCE_MAX = 446.0  # range of the force sensor, N; source: Mears (2006)
 GRAVITY = 9807.0  # mm/s^2; source: Mears (3.7)
 
 _NEWTON = 1e-3  # N s^2/mm of a kg; derived from the units

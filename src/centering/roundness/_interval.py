@@ -24,7 +24,7 @@ _FADED = 0.013  # chosen: sd of a harmonic over the largest, below which it does
 _FINE = 8  # measured: points for each undulation that counts; 4 leave the value of chatter 0.2 widths high
 _CALIBRATED = 0.95  # chosen: confidence for which the factors below were found
 _WIDER, _DEEPER = 1.15, 1.3  # measured: 13 forms; of the spread of the lift, upper and lower end, 95 %
-_CLIPPED = 1.5  # measured: the same; sd of a deviation; heights nearer to highest and lowest tie
+_CLIPPED = sqrt(2) * ndtri(0.95)  # derived: sd of a deviation; the difference of two exceeds it once in 20
 _NOISY = 24.0  # measured: the same; RONt over the sd of a deviation; below, form is hardly told from noise
 
 

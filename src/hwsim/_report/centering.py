@@ -64,7 +64,6 @@ def _friction(outcome: Any, plan: Any) -> str:
 
 def _legs(log: Any, plan: Any, model: Any, done: npt.NDArray[np.intp]) -> str:
     """Where the time of parts goes, realised and planned: up to the first push, between, after the last."""
-    timing = plan.timing
     before, after = (each[done] for each in _around(log))
     between = float(np.mean(log.outcome.time.values[done] - before - after))
     first = float(np.mean([plan.start_time(float(offset)) for offset in _start(log, plan)[done]]))
@@ -72,9 +71,8 @@ def _legs(log: Any, plan: Any, model: Any, done: npt.NDArray[np.intp]) -> str:
     rest = float(np.mean(_expected(log, plan)[done])) - first - last
     return (
         f"{np.mean(before):.3f} s up to the first push (planned {first:.3f}), {between:.3f} s from push"
-        f" to push ({rest:.3f}), {np.mean(after):.3f} s after the last one ({last:.3f}): each measurement is"
-        f" planned with {timing.measuring_arc:g} rad of the table and {timing.busy_time:g} s around a push,"
-        " and lasts until the controller is certain"
+        f" to push ({rest:.3f}), {np.mean(after):.3f} s after the last one ({last:.3f}); realised"
+        " pushes begin with the tip, planned ones with the offset under the tip, some 0.1 s later"
     )
 
 

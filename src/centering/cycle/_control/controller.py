@@ -1,25 +1,26 @@
 """Controller of the centering cycle: measures in the run-up, pushes as soon as it pays, ends when certain."""
 
 from collections.abc import Mapping
-from math import hypot, isfinite
+from math import isfinite
 from typing import ClassVar
 
 import numpy as np
 
-from centering._problem.model import GRAVITY
 from centering.cycle._control.base import Command, CycleBase
 from centering.cycle._control.following import FollowingGains
-from centering.cycle._control.launch import Approach, run_up
+from centering.cycle._control.launch import Approach
 from centering.cycle._control.learning import PartLearner
 from centering.cycle._control.next_push import ChosenPush, NextPush, PushStrategy
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.slip_watch import SlipWatch
 from centering.cycle._control.states import CycleState
+from centering.cycle._strategy.measuring import SEEMS, push_scatter
 from centering.cycle._strategy.table_limit import TableLimit
+from centering.cycle._strategy.tip_ways import FREEZE, coasting_time, run_up, waiting_room
 from sdpgrind.base import checks
 
-_EARLIEST, _FREEZE = 2.7, 5.0  # chosen: samples before a push: it is sent; the slide is stopped
+_EARLIEST = 2.7  # chosen: samples before the start of a push at which it is sent
 _THROWS = 1  # chosen: throws after which a part begins again
 _SLOWER = 0.5  # chosen: acceleration of the table after a throw over that before
 _BACK = 0.8  # chosen: share of the probe's reach at which the slide waits for a thrown part
@@ -28,7 +29,6 @@ _NO_PUSH = np.zeros((0, 3))  # takes a waiting push back
 _AHEAD = 3.0  # derived: samples until a push that is sent; the acceleration stays meanwhile
 _MISSED = 2.0  # chosen: samples after which the machine has not begun a push: it will not
 _STOPPED = 0.5  # mm/s, chosen: commanded speed of a slide that counts as waiting
-_SEEMS = 2.0  # chosen: tolerances within which a part looks as if it were centred
 _WELL = 3.0  # chosen: standard deviations of a push's direction
 _NEARER = 0.05  # chosen: mm by which the slide may wait further out than it need
 
@@ -91,7 +91,7 @@ class CenteringController(CycleBase):
         chosen = settings or CycleSettings()
         problem = strategy.problem
         self._view = PartView(problem.model.part.radius, chosen, problem.scatter.measuring_sd)
-        self._learner = PartLearner(strategy, chosen.following_lag)
+        self._learner = PartLearner(strategy, chosen.following_lag, chosen.force_max)
         self._watch = SlipWatch()
         self._coming = NextPush(strategy, chosen.following_lag)
         super().__init__(strategy.problem, settings, gains)
@@ -210,7 +210,7 @@ class CenteringController(CycleBase):
         if view.offset - view.band > self.strategy.offset_max:
             return self._end(CycleState.BEYOND)
         maybe = view.offset - doubt <= tolerance
-        self._state = CycleState.CHECK if maybe and view.offset <= _SEEMS * tolerance else CycleState.COLLECT
+        self._state = CycleState.CHECK if maybe and view.offset <= SEEMS * tolerance else CycleState.COLLECT
         if maybe and view.turns < self.settings.turns_in_doubt:
             return self._stand_off(view.offset) | self._turn_at(self._speed_for(max(view.offset, tolerance)))
         if self._pushes >= self.problem.pushes_max:
@@ -232,8 +232,7 @@ class CenteringController(CycleBase):
         """Distance from the waiting tip to the furthest rim, mm: run-up plus uncertainty."""
         choice = self._coming.choice
         need = run_up(choice.push_speed, self.problem.limits) if choice is not None else self.settings.margin
-        unsure = 4.0 * self._view.sd if self._view.known else 0.0
-        return max(need, 0.3 * self.settings.margin) + min(unsure, self.settings.margin)
+        return waiting_room(need, self._view.sd if self._view.known else 0.0, self.settings.margin)
 
     def _speed_for(self, offset: float) -> float:
         """Table speed of the strategy at an offset, rad/s."""
@@ -269,11 +268,11 @@ class CenteringController(CycleBase):
         coming.choice = choice = self._choose(view.offset)
         standing = self._stand_off(view.offset)
         turning = self._turn_at(choice.spindle_speed) if coming.launch is None else {}
-        arriving = table.speed_at(coming.trigger) if isfinite(coming.trigger) else choice.spindle_speed
+        arriving = coming.arriving(self._aim_angle(), table)
         coming.plan(choice, self._start(arriving), self._learner.friction, table)
-        coming.set_trigger(self._aim_angle(), table)
+        coming.set_trigger(self._aim_angle(), table, arriving)
         samples = table.time_to(coming.trigger) / self.period
-        if samples > _FREEZE or not ready:
+        if samples > FREEZE or not ready:
             return standing | turning | self._turn_at(choice.spindle_speed)
         arriving = table.speed_at(coming.trigger)
         command = self._stand_still() | self._turn_at(arriving)
@@ -292,16 +291,15 @@ class CenteringController(CycleBase):
 
     def _good_enough(self) -> bool:
         """Whether the measuring error is below the scatter of the push."""
-        view, scatter = self._view, self.problem.scatter
-        own = hypot(scatter.direction_sd * view.offset, scatter.stop_sd, scatter.measuring_sd)
-        return view.sd <= own
+        view = self._view
+        return view.sd <= float(push_scatter(self.problem.scatter, view.offset))
 
     def _send(self, choice: ChosenPush, speed: float) -> Command:
         """Send the push with the latest estimate."""
         self._view.look()
         push = self._coming.finish_plan(choice, self._start(speed), self._learner.friction)
-        self._coming.set_trigger(self._aim_angle(), self._table)
-        if self._table.time_to(self._coming.trigger) > _FREEZE * self.period:  # it has just been missed
+        self._coming.set_trigger(self._aim_angle(), self._table, speed)
+        if self._table.time_to(self._coming.trigger) > FREEZE * self.period:  # it has just been missed
             return {}
         self._state = CycleState.WAIT
         return {"profile": push.rows, "profile_angle": self._coming.trigger}
@@ -317,11 +315,7 @@ class CenteringController(CycleBase):
         self._feel()
         self._pushed_aim = choice.aim
         speed = max(self._table.set_point, 1e-6)
-        thrown = (
-            0.0
-            if choice.shape == "gentle"
-            else 2.0 * choice.push_speed / (self.problem.model.mu_kinetic * GRAVITY)
-        )
+        thrown = coasting_time(choice.shape, choice.push_speed, self.problem.model)
         self._rest_angle = self._coming.trigger + speed * (push.stop_time + thrown + self.period)
         self._view.moved()
         self._watch.reset()

@@ -2,13 +2,14 @@
 
 from cmath import exp
 from dataclasses import dataclass
-from math import atan2, isfinite, nan, sqrt
+from math import atan2, isfinite, nan
 
 import numpy as np
 
 from centering._problem.model import PushModel
 from centering._problem.problem import CenteringLimits
 from centering.cycle._strategy.outcomes import PushKind, until_turn
+from centering.cycle._strategy.tip_ways import approach_rows, drawn_back_rows
 from centering.push._contact.reaction_kernels import COLUMNS, DONE, FINAL_POSITION, LOG_COLUMNS, push
 from centering.push.turning._plane_kernels import TIP
 from centering.push.turning._shooting import landing, ring_state
@@ -29,8 +30,6 @@ _SLOPE, _SLOPES, _LEAP = (
 )  # chosen: d direction/d lead at first, its bounds; rad a step
 _LATEST = 0.2  # rad, chosen: beyond alignment at the end; later the rim meets the tip from its other side
 _CLOSE = 1e-4  # chosen: remaining offset across over the offset; far below the scatter of the direction
-_PAUSE = 0.02  # s, chosen: rest of a tip that does not retract at once
-_CLEAR = 0.5  # mm, chosen: its retreat
 _MENDINGS = 4  # chosen: corrections of one stroke
 _MEND = 2e-4  # mm, chosen: smallest correction
 _LEAST = 0.2  # chosen: smallest corrected stroke over the nominal one
@@ -85,11 +84,6 @@ class Approach(Frozen):
     offset: float
     room: float
     spindle_speed: float
-
-
-def run_up(speed: float, limits: CenteringLimits) -> float:
-    """Return the distance (mm) over which the slide accelerates from rest to a speed (mm/s)."""
-    return speed * speed / (2.0 * limits.acceleration_max)
 
 
 def launch(
@@ -181,8 +175,8 @@ def _tried(
     Of the two models the first is nominal, as in the tables of outcomes, the second is the believed one.
     """
     contact = kind.profile(models[0], stroke, limits.acceleration_max).segments
-    before = _approach(start.room, float(contact[0, 1]), limits)
-    rows = np.vstack((before, contact) if kind.retract else (before, contact, _drawn_back(limits)))
+    before = approach_rows(start.room, float(contact[0, 1]), limits)
+    rows = np.vstack((before, contact) if kind.retract else (before, contact, drawn_back_rows(limits)))
     lead, left = _lead(rows, start, models[1], guess)
     beyond = 0.0 if goal is None else start.offset - left - goal
     return SentPush(lead, rows, until_turn(rows), beyond, len(before))
@@ -210,25 +204,6 @@ def _travel_at_rest(contact: Floats, model: PushModel) -> float:
     if push(model.parameters, contact, 0.0, out, _NO_LOG) != DONE:
         raise RuntimeError("a push did not end within the greatest number of events")
     return float(out[FINAL_POSITION])
-
-
-def _approach(room: float, speed: float, limits: CenteringLimits) -> Floats:
-    """Fastest motion over the room before the rim that ends at a speed."""
-    most = limits.acceleration_max
-    top = min(sqrt(most * room + 0.5 * speed * speed), limits.slide_speed_max)
-    if top <= speed:  # too near to run up: the tip is still gaining speed where it should have it
-        top = speed
-    rise, fall = top / most, (top - speed) / most
-    cruise = max((room - 0.5 * top * rise - 0.5 * (top + speed) * fall) / top, 0.0)
-    rows = [(rise, 0.0, most), (cruise, top, 0.0), (fall, top, -most)]
-    return np.array([row for row in rows if row[0] > 0.0])
-
-
-def _drawn_back(limits: CenteringLimits) -> Floats:
-    """Pause, then retreat."""
-    half = sqrt(_CLEAR / limits.acceleration_max)
-    most = limits.acceleration_max
-    return np.array([(_PAUSE, 0.0, 0.0), (half, 0.0, -most), (half, -most * half, most)])
 
 
 def _lead(rows: Floats, start: Approach, model: PushModel, guess: float) -> tuple[float, float]:

@@ -130,10 +130,13 @@ class PartLearner:
         Strategy with its problem and rule of belief.
     lag : float
         Delay of the loaded slide, s. With a lag a push that the table changes is no evidence of friction.
+    force_max : float
+        End of the range of the force sensor, N. Default: infinite.
     """
 
-    def __init__(self, strategy: PushStrategy, lag: float = 0.0) -> None:
+    def __init__(self, strategy: PushStrategy, lag: float = 0.0, force_max: float = inf) -> None:
         self._strategy, self._direction, self._lag = strategy, LearnedBias(_DIRECTION_BIAS), lag
+        self._force_max = force_max
         self._prior = prior(strategy.problem, 1.0, 0.0)
         self.reset()
 
@@ -243,7 +246,9 @@ class PartLearner:
 
     def _felt(self, last: _Pushed) -> FeltPush:
         """Return the last push with the forces of its samples."""
-        return FeltPush(last.push, last.start, self._strategy.problem.model, self._times, self._forces)
+        return FeltPush(
+            last.push, last.start, self._strategy.problem.model, self._times, self._forces, self._force_max
+        )
 
     def _least_after(self, evidence: float, weights: Floats) -> float:
         """Factor of friction that the part exceeds with 99.9 %: the problem's until a push has told."""

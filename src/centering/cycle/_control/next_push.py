@@ -8,12 +8,14 @@ from centering.cycle._control.launch import Approach, SentPush, launch, preview
 from centering.cycle._control.table_motion import TableMotion
 from centering.cycle._strategy.belief import Belief, PushEvidence
 from centering.cycle._strategy.outcomes import PushKind
+from centering.cycle._strategy.tip_ways import LATEST
 from sdpgrind.base.checks import Floats
 
 _TURN = 2.0 * pi
-_LATEST = 1.3  # chosen: samples before the trigger until which a profile can be sent
-# chosen: relative change that makes a planned push stale, far ahead and within the time (s)
-_ROUGH, _STALE, _SOON = 0.4, 0.1, 0.07
+# chosen: relative change that makes a planned push stale, far ahead and shortly before it
+_ROUGH, _STALE = 0.4, 0.03
+_STANDS = 1e-6  # rad/s, chosen: a table that does not turn
+_SOON = 0.07  # s, chosen: before a push it is planned exactly; a rough plan may start later
 
 
 class ChosenPush(Protocol):
@@ -110,7 +112,8 @@ class NextPush:
         table : TableMotion
             Motion of the table, for the time left.
         """
-        near = isfinite(self.trigger) and table.time_to(self.trigger) < _SOON
+        rough = 0.0 if self.launch is None else _ROUGH * self.launch.stop_time
+        near = isfinite(self.trigger) and table.time_to(self.trigger) < _SOON + rough
         if near and (not self._exact or _stale(self.start, start, _STALE)):
             self.finish_plan(choice, start, friction)
         elif self.launch is None or _stale(self.start, start, _ROUGH):
@@ -126,11 +129,40 @@ class NextPush:
         self.start, self._exact = start, True
         return self.launch
 
-    def set_trigger(self, direction: float, table: TableMotion) -> None:
-        """Set the planned push's next trigger angle, for a high point under the tip at `direction` (rad)."""
-        wanted = direction - (self.launch.lead if self.launch is not None else 0.0)
-        soonest = table.angle + table.speed * _LATEST * self._problem.limits.sample_time
-        self.trigger = wanted + _TURN * ceil((soonest - wanted) / _TURN)
+    def arriving(self, direction: float, table: TableMotion) -> float:
+        """Return the table speed (rad/s) at the start of the soonest push of a part at `direction` (rad).
+
+        A push takes about the same time up to its alignment at any speed, and a table that gains speed turns
+        less in it: the speed of a later turn would have the sooner one seem missed.
+        """
+        steady = 0.0 if self.launch is None else self.launch.lead / max(self.start.spindle_speed, _STANDS)
+        aligned = direction + _TURN * ceil((table.angle - direction) / _TURN)
+        while table.time_to(aligned, steady) < steady + self._latest:
+            aligned += _TURN
+        return table.speed_in(table.time_to(aligned, steady) - steady)
+
+    def set_trigger(self, direction: float, table: TableMotion, arriving: float) -> None:
+        """Set the angle at which the planned push starts next.
+
+        Parameters
+        ----------
+        direction : float
+            Table angle with the high point under the tip, rad.
+        table : TableMotion
+            Motion of the table.
+        arriving : float
+            Table speed at the start, rad/s; a push that was planned for another one takes as long.
+        """
+        lead = 0.0
+        if self.launch is not None:
+            lead = self.launch.lead * arriving / max(self.start.spindle_speed, _STANDS)
+        soonest = table.angle + table.speed * self._latest
+        self.trigger = direction - lead + _TURN * ceil((soonest - direction + lead) / _TURN)
+
+    @property
+    def _latest(self) -> float:
+        """Time before its start until which a push can be sent, s."""
+        return LATEST * self._problem.limits.sample_time
 
 
 def _kind(choice: ChosenPush) -> PushKind:

@@ -11,11 +11,9 @@ from centering.circle._estimator.printed import PrintedEstimator
 from centering.circle._estimator.validity_kernels import judge
 from centering.cycle._control.form import RingFilter, RingPlace
 from centering.cycle._control.settings import CycleSettings
+from centering.cycle._strategy.measuring import FEWEST, looks
 from sdpgrind.base.checks import Floats
 
-_FEWEST = 4  # derived: three readings fix a circle, a fourth its uncertainty
-_EVERY = 4  # chosen: readings between two looks at what they say, once there are many
-_MANY = 12  # chosen: readings below which each is looked at; fewer delay the first answer, more cost time
 _ANGLE = 2e-3  # rad, chosen: error of a reading's angle, 0.2 ms of skew at 10 rad/s
 _HOLD = 20.0  # chosen: deviations of a centre within which it is believed at all
 # measured: four lobes of 2 um, twenty times `form_sd`, put readings of a ring at rest up to 0.1 mm and 11 sd
@@ -150,12 +148,12 @@ class PartView:
             self._held = None  # from readings that are sorted in another way now
         self._last = angle
         self.samples += 1
-        if self.samples >= _FEWEST and (self.samples < _MANY or self.samples - self._looked >= _EVERY):
+        if looks(self.samples, self._looked):
             self.look()
 
     def look(self) -> None:
         """Update the estimate."""
-        if self.samples < _FEWEST or self._looked == self.samples:
+        if self.samples < FEWEST or self._looked == self.samples:
             return
         self._looked, ring = self.samples, self._ring
         ring.look(None if self.known else self._estimator.center)

@@ -39,6 +39,8 @@ class FeltPush(Frozen):
         Told model of the part.
     times, forces : sequence of float
         Times from the start, s, and forces of the samples, N.
+    force_max : float
+        End of the range of the force sensor, N.
     """
 
     push: SentPush
@@ -46,6 +48,7 @@ class FeltPush(Frozen):
     model: PushModel
     times: Sequence[float]
     forces: Sequence[float]
+    force_max: float
 
     def evidence(self, weights: Floats, travelled: float, noise: float) -> PushEvidence:
         """Return expected and observed travel and force; `travelled` and its `noise` in mm.
@@ -84,5 +87,14 @@ class FeltPush(Frozen):
         state[TIP] = radius + start.offset + start.room
         times = np.array(self.times)
         return float(
-            force_sum(model.parameters, radius, start.spindle_speed, self.push.rows, times, _ERROR, state)
+            force_sum(
+                model.parameters,
+                radius,
+                start.spindle_speed,
+                self.push.rows,
+                times,
+                _ERROR,
+                self.force_max,
+                state,
+            )
         )

@@ -7,8 +7,11 @@ from sdpgrind.base.compiling.compiled import compiled
 
 
 @compiled(error_model="numpy")
-def force_sum(parameters, radius, spindle_speed, rows, times, tolerance, state):
-    """Sum of the contact forces (N) at rising times (s) from the start of the motion `rows` of the tip."""
+def force_sum(parameters, radius, spindle_speed, rows, times, tolerance, most, state):
+    """Sum of the contact forces (N) at rising times (s) from the start of the motion `rows` of the tip.
+
+    A sensor shows at most `most` (N).
+    """
     total, clock, gone, row, piece = 0.0, 0.0, 0.0, 0, np.empty((1, 3))
     for k in range(times.size):
         while row < rows.shape[0] and clock < times[k]:
@@ -20,5 +23,5 @@ def force_sum(parameters, radius, spindle_speed, rows, times, tolerance, state):
             clock, gone = clock + take, gone + take
             if take == left:
                 row, gone = row + 1, 0.0
-        total += state[FORCE]
+        total += min(state[FORCE], most)
     return total

@@ -2,6 +2,7 @@
 
 from math import pi, sqrt
 
+from centering._problem.model import FORCE_MAX
 from sdpgrind.base.quantities import Described, described, quantity
 
 _ROUNDED = 2.0 * pi / 4000.0 / sqrt(12.0)  # rad, derived: sd of rounding to 4000 counts a turn
@@ -47,6 +48,9 @@ class CycleSettings(Described):
     force_idle : float
         Greatest force without a push, N; more is a collision.
 
+    force_max : float
+        End of the range of the force sensor, N; greater forces are shown as this one. Default: Mears (2006).
+
     Raises
     ------
     ValueError
@@ -73,3 +77,4 @@ class CycleSettings(Described):
     timeout: float = quantity("s", above=0, default=300.0)
     lost_after: float = quantity("s", above=0, default=0.5)
     force_idle: float = quantity("N", above=0, default=20.0)
+    force_max: float = quantity("N", above=0, default=FORCE_MAX)

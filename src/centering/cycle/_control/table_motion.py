@@ -1,6 +1,8 @@
 """Predicted rotation of the table on the way to its set point."""
 
-from math import sqrt
+from math import inf, sqrt
+
+from centering.cycle._strategy.turning_kernels import speed_after, turn_time
 
 
 class TableMotion:
@@ -39,24 +41,22 @@ class TableMotion:
         """
         self.time, self.angle, self.speed = time, angle, speed
 
-    def time_to(self, angle: float) -> float:
+    def time_to(self, angle: float, steady: float = 0.0) -> float:
         """Return the time until an angle is reached, s; 0 for an angle already passed.
 
         Parameters
         ----------
         angle : float
             Angle, rad, turns counted.
+        steady : float
+            Time before that in which the table keeps its speed, s.
         """
         way = angle - self.angle
         if way <= 0.0:
             return 0.0
-        change = self.set_point - self.speed
-        ramp_time = abs(change) / self.acceleration
-        ramp_way = 0.5 * (self.speed + self.set_point) * ramp_time
-        if way <= ramp_way:
-            slope = self.acceleration if change > 0 else -self.acceleration
-            return 2.0 * way / (self.speed + sqrt(max(self.speed * self.speed + 2.0 * slope * way, 0.0)))
-        return ramp_time + (way - ramp_way) / self.set_point if self.set_point > 0 else float("inf")
+        if self.set_point == self.speed == 0.0:
+            return inf
+        return float(turn_time(way, self.speed, self.set_point, self.acceleration, 0.0, steady))
 
     def speed_at(self, angle: float) -> float:
         """Return the speed at an angle ahead, rad/s.
@@ -65,8 +65,14 @@ class TableMotion:
         ----------
         angle : float
             Angle, rad, turns counted.
+        steady : float
+            Time before that in which the table keeps its speed, s.
         """
         way = max(angle - self.angle, 0.0)
         if self.set_point >= self.speed:
             return min(sqrt(self.speed * self.speed + 2.0 * self.acceleration * way), self.set_point)
         return max(sqrt(max(self.speed * self.speed - 2.0 * self.acceleration * way, 0.0)), self.set_point)
+
+    def speed_in(self, time: float) -> float:
+        """Return the speed in a time (s) from now, rad/s."""
+        return float(speed_after(time, self.speed, self.set_point, self.acceleration, 0.0, 0.0))

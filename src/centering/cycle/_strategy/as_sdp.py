@@ -9,6 +9,7 @@ from scipy.special import ndtri
 
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.belief import FrictionScaleBelief
+from centering.cycle._strategy.cycle_times import WORTH
 from centering.cycle._strategy.draw_kernels import all_draws
 from centering.cycle._strategy.outcomes import OutcomeTable
 from centering.cycle._strategy.timing import CycleTiming
@@ -24,7 +25,6 @@ FRACTIONS = np.array([*_NEAR, *_OVER])
 The largest move a nearly centred part by about a stick-slip jump: a shorter push most likely sticks, and so
 does the next.
 """
-WORTH = 0.65  # chosen: evidence of a push in fully informative ones; about the mean of `update_belief`
 DRAWS = 101  # chosen: draws of friction, direction and place of a push
 _LATTICE = (1, 26, 40)  # chosen: steps of a lattice of DRAWS points; small ones leave gaps between planes
 _SIGMAS = 3.0  # chosen: half width of the friction axis, in standard deviations from part to part
@@ -187,11 +187,7 @@ class KindOfPush:
                 belief.push_sd,
                 float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd)),
             ),
-            (
-                ground.timing.busy_time,
-                ground.timing.measuring_arc,
-                ground.problem.limits.spindle_acceleration_max,
-            ),
+            ground.timing.of_kind(k, seen),
             packed_axes(where, friction_scale),
             _compiled(*draws(ground.problem)),
             out,

@@ -3,6 +3,7 @@
 import numpy as np
 
 from centering.cycle._strategy.outcome_kernels import scale_cell, stroke_for, travel_in_cell
+from centering.cycle._strategy.turning_kernels import RESTING, measured_at, push_to_push
 from sdpgrind.base.compiling.compiled import compiled
 
 
@@ -17,19 +18,6 @@ def _between(values, i):
 def table_speed(speeds, axis, offset):
     """Table speed (rad/s) at an offset (mm), linear in its log; `axis` = (log low, step) of the offset."""
     return _between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))
-
-
-@compiled
-def waiting_time(phase, busy, speed, arc, before, acceleration):
-    """Time (s) from touch to touch: the table turns by `phase` (rad), and by full turns until all is done.
-
-    Contact, retreat, measurement and approach take `busy` (s) and `arc` (rad); `before` is the previous
-    speed.
-    """
-    need = speed * busy + arc
-    turns = np.ceil(max(0.0, need - phase) / (2.0 * np.pi))
-    late = (speed - before) ** 2 / (2.0 * acceleration * speed) if speed > before else 0.0
-    return (phase + 2.0 * np.pi * turns) / speed + late
 
 
 @compiled
@@ -88,24 +76,25 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     belief : tuple
         (sd, push_sd, noise of the travel) before the push.
     timing : tuple
-        (time of retreat and approach (s), arc of the measurement (rad), table acceleration (rad/s^2)).
+        `CycleTiming.of_kind`, s, rad, rad/s, rad/s^2.
     axes : tuple
         (log low, log step, nodes) of the offset and (low, step, nodes) of the friction scale.
     draws : tuple
         (friction, cosine and sine of the direction, place (mm), unmeasured share of it, weight), each (Q,).
     out : array, (P,)
-        Expected time (s) to the next touch or the end; infinite if no stroke is long enough.
+        Expected time (s) to the next push or the end; infinite if no stroke is long enough.
     """
     travel, mean, contact, grid, last = kind
     speeds, finish = tables
     sd, push_sd, noise = belief
-    busy, arc, acceleration = timing
+    after, launch, lead, arc, final_arc, before, rate = timing
+    inward, firsts = (final_arc.shape[1] - 1) / finish, arc.shape[0]
     log_low, log_step, n_offset, low, step, n_friction = axes
     spread = np.sqrt(sd * sd + push_sd * push_sd)
     share = sd * sd / spread if spread > 0.0 else 0.0  # share of the part in the deviation of a push
     high = low + step * (n_friction - 1)
     luck, cosine, sine, place, hidden, weight = draws
-    moved, at_end = np.empty(luck.size), table_speed(speeds, (log_low, log_step), finish)
+    moved, begun = np.empty(luck.size), np.empty(arc.shape[0])
     known = (
         np.full(n_friction, np.nan),
         np.empty((n_friction, luck.size), np.int64),
@@ -125,26 +114,30 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
             out[p] = np.inf
             starts[p + 1] = at
             continue
-        pressed = _between(contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0))
-        before = table_speed(speeds, axis, d)
+        pressed = RESTING * _between(
+            contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0)
+        )
+        for row in range(firsts):
+            begun[row] = table_speed(before[row], axis, d)
         node = min(max(int((m - low) / step + 0.5), 0), n_friction - 1)
         cells, places = _cells_of(known, node, m, spread, luck, grid, travel.shape[1])
         for q in range(count):
             moved[q] = travel_in_cell(travel, grid, s + place[q], cells[q], places[q])
-        expected, rate = _learning_rate(moved, luck, weight, noise)
+        expected, learns = _learning_rate(moved, luck, weight, noise)
         time, many = 0.0, 0
         for q in range(count):
             x, w = moved[q], weight[q]
             along, across = d + hidden[q] - x * cosine[q], -x * sine[q]
             square = along * along + across * across
             if square <= finish * finish:
-                time += w * (pressed + busy + arc / at_end)
+                turned = _between(final_arc[q % firsts], inward * np.sqrt(square))
+                time += w * measured_at(pressed, after, begun[q % firsts], speeds[0], rate[0], turned)
                 continue
             i = min(max((0.5 * np.log(square) - log_low) / log_step, 0.0), n_offset - 1.0)
-            speed = _between(speeds, i)
-            turn = _turn_to(along, across)
-            time += w * waiting_time(turn, pressed + busy, speed, arc, before, acceleration)
-            learned = min(max(m + share * rate * (x - expected), low), high)
+            turn, speed, gains = _turn_to(along, across), _between(speeds, i), _between(rate, i)
+            others = _between(arc[q % firsts], i), _between(launch, i), _between(lead, i)
+            time += w * push_to_push(turn, pressed, after, begun[q % firsts], speed, gains, *others)[0]
+            learned = min(max(m + share * learns * (x - expected), low), high)
             j = min((learned - low) / step, n_friction - 1.0)
             a, b = min(int(i), n_offset - 2), min(int(j), n_friction - 2)
             for corner in range(4):

@@ -15,16 +15,16 @@ from centering.cycle._strategy.as_sdp import (
     offset_axis,
     resolved,
 )
+from centering.cycle._strategy.cycle_times import cycle_timing, table_speeds
 from centering.cycle._strategy.outcomes import PushKind, default_kinds, simulated
 from centering.cycle._strategy.strategy import Strategy
-from centering.cycle._strategy.timing import CycleTiming, table_speeds
+from centering.cycle._strategy.timing import SETTLED
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
 from sdpgrind.base.warned import warn
 
-SETTLED = 4  # chosen: pushes after which the belief counts as settled; further ones change its sd little
 GIVEN_UP = 60.0  # chosen: charge of a part that is not centred after the greatest number of pushes, s
 _SHARES = (0.0, 0.6, 0.8, 1.0)  # chosen: of the work: pushes simulated, the settled belief, the first pushes
 
@@ -105,14 +105,9 @@ def prepared(
         tell=portion(tell, _SHARES[0], _SHARES[1]),
     )
     offsets = np.geomspace(axis.low, axis.high, axis.nodes)
-    return StrategyGround(
-        problem,
-        outcomes,
-        CycleTiming(),
-        table_speeds(problem, offsets, spindle_speed),
-        finish_offset(problem),
-        size,
-    )
+    speeds = table_speeds(problem, offsets, spindle_speed)
+    timing = cycle_timing(problem, outcomes, offsets, speeds)
+    return StrategyGround(problem, outcomes, timing, speeds, finish_offset(problem), size)
 
 
 def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) -> Strategy:
@@ -134,9 +129,7 @@ def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) ->
         executor=executor,
         progress=_named(portion(tell, _SHARES[2], _SHARES[3]), "the first pushes"),
     )
-    return Strategy(
-        ground.problem, ground.outcomes, ground.timing, ground.speeds, _joined(ground.size, settled, first)
-    )
+    return Strategy(ground.problem, ground.outcomes, ground.speeds, _joined(ground.size, settled, first))
 
 
 def _named(tell: Progress, name: str) -> Progress:

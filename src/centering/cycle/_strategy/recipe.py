@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from centering.cycle._strategy.as_sdp import WORTH
+from centering.cycle._strategy.cycle_times import WORTH
 from centering.cycle._strategy.exported_kernels import exported_push
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen import Recipe, Signal

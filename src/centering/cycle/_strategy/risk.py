@@ -12,7 +12,7 @@ from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.limit_curve import needed
 from centering.cycle._strategy.outcomes import OutcomeTable
 from centering.cycle._strategy.simulation import Followed, Parts
-from centering.cycle._strategy.table_limit import TableLimit, least_friction
+from centering.cycle._strategy.timing import table_limit
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
@@ -176,7 +176,7 @@ def _row(strategy: Doubted, factor: float, runs: int, random: np.random.Generato
     start = most * (_NEAREST + (1.0 - _NEAREST) * (np.arange(runs) + random.uniform(size=runs)) / runs)
     parts = _LookedUp(strategy, start, random, factor)
     found = parts.run()
-    time = found.time + np.where(parts.thrown, [strategy.start_time(float(d)) for d in start], 0.0)
+    time = found.time + np.where(parts.thrown, [strategy.timing.start_time(float(d)) for d in start], 0.0)
     return (
         float(time.mean()),
         float(np.quantile(time, _MANY)),
@@ -192,15 +192,9 @@ class _LookedUp(Parts):
     def __init__(self, strategy: Doubted, start: Floats, random: np.random.Generator, factor: float) -> None:
         self._table = strategy.outcomes
         super().__init__(strategy, start, random, factor)
-        angles = strategy.timing.first_arc + random.uniform(0.0, 2.0 * np.pi, start.size)
-        places = zip(start, angles, strict=True)
-        begun = [_run_up(strategy, float(offset), float(angle)) for offset, angle in places]
-        self.time, self.speed, held = np.array(begun).T
+        places = zip(start.tolist(), self.phase.tolist(), strict=True)
+        held = np.array([_held(strategy, offset, phase) for offset, phase in places])
         self.thrown = strategy.problem.model.mu_static * GRAVITY * self.scale < held
-
-    def _start_time(self, offset: float) -> float:
-        """Draw as other parts do; the time is that of the run-up, found afterwards."""
-        return float(self.random.uniform())
 
     def _travel(self, at: Any, choices: list[PushChoice], unit: Floats) -> Floats:
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
@@ -211,28 +205,12 @@ class _LookedUp(Parts):
             ]
         )
 
-    def _turning(self, phase: float, busy: float, arc: float, before: float, speed: float) -> float:
-        """The table turns at the first speed while the part is pushed, and gains speed after it.
 
-        As many readings as at the second speed are taken, on a shorter arc.
-        """
-        most = self.strategy.problem.limits.spindle_acceleration_max
-        need = before * (busy + arc / speed)
-        turns = np.ceil(max(0.0, need - phase) / (2.0 * np.pi))
-        left = phase + 2.0 * np.pi * turns - before * busy
-        ramp = max(speed**2 - before**2, 0.0) / (2.0 * most)
-        if left < ramp:
-            return float(busy + (np.sqrt(before**2 + 2.0 * most * left) - before) / most)
-        return float(busy + max(speed - before, 0.0) / most + (left - ramp) / speed)
-
-
-def _run_up(strategy: Doubted, offset: float, angle: float) -> tuple[float, float, float]:
-    """Time (s) and speed (rad/s) of a table that has turned by an angle, and the mu g that held the ring."""
-    limit = TableLimit(strategy.problem, least_friction(strategy.problem))
-    goal = strategy.spindle_speed(offset)
-    speeds, _, turned = limit.run_up(offset, goal)
+def _held(strategy: Doubted, offset: float, phase: float) -> float:
+    """Friction mu g (mm/s^2) that holds a ring up to its `first_push` (mm, rad)."""
+    problem, timing = strategy.problem, strategy.timing
+    limit, angle = table_limit(problem), timing.first_angle(offset, phase)
+    speeds, _, turned = limit.run_up(offset, timing.speed(offset))
     there = speeds[turned <= angle]
     rates = limit.accelerations(offset, there)
-    held = needed(offset * np.hypot(there**2, rates), rates * strategy.problem.model.part.radius)
-    speed = float(np.sqrt(np.interp(angle, turned, speeds**2)))
-    return limit.turning_time(angle, offset, goal), speed, float(held.max())
+    return float(needed(offset * np.hypot(there**2, rates), rates * problem.model.part.radius).max())

@@ -8,7 +8,7 @@ from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.belief import Belief, PushEvidence
 from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.density import prior
-from centering.cycle._strategy.draw_kernels import push_once, waiting_time
+from centering.cycle._strategy.draw_kernels import push_once
 from centering.cycle._strategy.outcomes import FRICTION_SCALES, pushing_time, scaled
 from centering.cycle._strategy.runs import CenteringRuns
 from centering.cycle._strategy.timing import CycleTiming
@@ -27,12 +27,11 @@ class Followed(Protocol):
     """Interface of a strategy for its simulation; see `Strategy`."""
 
     problem: CenteringProblem
-    timing: CycleTiming
     finish: float
 
+    @property
+    def timing(self) -> CycleTiming: ...
     def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice: ...
-    def start_time(self, offset: float) -> float: ...
-    def spindle_speed(self, offset: float) -> float: ...
     def profile(self, choice: PushChoice) -> TipProfile: ...
     def update_belief(
         self,
@@ -80,12 +79,14 @@ class Parts:
         self.beliefs = [Belief(1.0, 0.0, prior(strategy.problem, 1.0, 0.0))] * count
         self.waiting = np.ones(count, dtype=bool)
         self.pushes = np.zeros(count, dtype=np.int64)
-        self.last = np.full(count, np.nan)  # time since the touch of the latest push, s
+        self.last = np.full(count, np.nan)  # time since the latest push, s
         self.measured = np.abs(self.offset + self.scatter.measuring_sd * random.standard_normal(count))
-        self.time = np.array([self._start_time(float(d)) for d in self.measured])
-        self.speed = np.array(
-            [strategy.spindle_speed(float(d)) for d in self.measured]
-        )  # of the table, rad/s
+        self.phase = random.uniform(0.0, 2.0 * np.pi, count)  # first push after the soonest, rad
+        begun = [
+            strategy.timing.first_push(float(d), float(phase))
+            for d, phase in zip(self.measured, self.phase, strict=True)
+        ]
+        self.time, self.speed = np.array(begun).T  # s; of the table, rad/s
 
     def run(self) -> CenteringRuns:
         """Push until all parts are measured as centred or abandoned."""
@@ -98,11 +99,6 @@ class Parts:
         return CenteringRuns(
             self.start, self.time, self.pushes, self.offset, good, self.strategy.problem, self.last
         )
-
-    def _start_time(self, offset: float) -> float:
-        """Time from rest to the first touch, s: run-up, measurement, any part of a turn."""
-        shift = float(self.random.uniform(-np.pi, np.pi)) / self.strategy.spindle_speed(offset)
-        return self.strategy.start_time(offset) + shift
 
     def _push(self) -> None:
         """One push of all waiting parts."""
@@ -156,16 +152,12 @@ class Parts:
             np.sqrt(before**2 + self.measured[k] ** 2 - 2.0 * before * self.measured[k] * np.cos(phase))
         )
         self._learn(k, choice, seen, unit)
-        self.pushes[k] += 1
         self.waiting[k] = self.measured[k] > strategy.finish
-        busy = pushing_time(strategy.profile(choice)) + strategy.timing.busy_time
-        speed, arc = strategy.spindle_speed(float(self.measured[k])), strategy.timing.measuring_arc
-        waits = self._turning(phase, busy, arc, float(self.speed[k]), speed)
-        self.last[k] = waits if self.waiting[k] else busy + arc / speed
+        pressed, times = pushing_time(strategy.profile(choice)), strategy.timing
+        at = float(self.speed[k]), float(self.measured[k]), int(self.pushes[k]), float(self.phase[k])
+        if self.waiting[k]:
+            self.last[k], self.speed[k] = times.next_push(choice.kind, pressed, phase, *at)
+        else:
+            self.last[k] = times.end_time(choice.kind, pressed, *at)
         self.time[k] += self.last[k]
-        self.speed[k] = speed
-
-    def _turning(self, phase: float, busy: float, arc: float, before: float, speed: float) -> float:
-        """Time to the next touch, s, of a table that goes from one speed to another (rad/s)."""
-        acceleration = self.strategy.problem.limits.spindle_acceleration_max
-        return float(waiting_time(phase, busy, speed, arc, before, acceleration))
+        self.pushes[k] += 1

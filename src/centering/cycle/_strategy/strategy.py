@@ -8,15 +8,15 @@ import numpy.typing as npt
 import xarray as xr
 
 from centering._problem.problem import CenteringProblem
-from centering.cycle._strategy.as_sdp import WORTH, finish_offset, friction_axis, offset_axis, packed_axes
+from centering.cycle._strategy.as_sdp import finish_offset, friction_axis, offset_axis, packed_axes
 from centering.cycle._strategy.belief import Belief, FrictionScaleBelief, PushEvidence
 from centering.cycle._strategy.belief_kernels import learned
 from centering.cycle._strategy.choice import PushChoice
+from centering.cycle._strategy.cycle_times import WORTH, cycle_timing
 from centering.cycle._strategy.density import moments, prior
 from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.lookup_kernels import choose, value_at
 from centering.cycle._strategy.outcomes import OutcomeTable
-from centering.cycle._strategy.table_limit import TableLimit, least_friction
 from centering.cycle._strategy.timing import CycleTiming
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks, pictures
@@ -50,8 +50,6 @@ class Strategy(Plan):
         Planned problem.
     outcomes : OutcomeTable
         Travel of its pushes, mm.
-    timing : CycleTiming
-        Duration of a cycle without the pushes, s and rad.
     speeds : array, (offsets,)
         Table speeds at the nodes of the offset, rad/s.
     table : tuple of array, (pushes, offsets, frictions)
@@ -64,7 +62,7 @@ class Strategy(Plan):
     outcomes : OutcomeTable
         Travel of its pushes, mm.
     timing : CycleTiming
-        Duration of a cycle without the pushes, s and rad.
+        Times of its cycles, s.
     kinds : tuple of PushKind
         Kinds of push.
     belief : FrictionScaleBelief
@@ -79,11 +77,10 @@ class Strategy(Plan):
         self,
         problem: CenteringProblem,
         outcomes: OutcomeTable,
-        timing: CycleTiming,
         speeds: Floats,
         table: tuple[Floats, Any, Floats],
     ) -> None:
-        self.problem, self.outcomes, self.timing = problem, outcomes, timing
+        self.problem, self.outcomes = problem, outcomes
         self.kinds, self.finish = outcomes.kinds, finish_offset(problem)
         self._speeds = lasting(speeds)
         self._value, self._kind, self._share = (
@@ -199,8 +196,13 @@ class Strategy(Plan):
         """
         checks.nonnegative("offset", offset, "mm")
         self._refuse_beyond(offset)
-        limit = TableLimit(self.problem, least_friction(self.problem))
-        return self.timing.start_time(offset, self.spindle_speed(offset), limit)
+        return self.timing.start_time(offset)
+
+    @cached_property
+    def timing(self) -> CycleTiming:
+        """Times of its cycles, s."""
+        low, step, nodes = self._axes[:3]
+        return cycle_timing(self.problem, self.outcomes, np.exp(low + step * np.arange(nodes)), self._speeds)
 
     def spindle_speed(self, offset: float) -> float:
         """Return the table speed at an `offset` (mm), rad/s."""
@@ -371,7 +373,6 @@ class Strategy(Plan):
         plain = encode(
             {
                 "problem": self.problem,
-                "timing": self.timing,
                 "kinds": self.kinds,
                 "strokes": table.stroke_range,
             }
@@ -404,7 +405,7 @@ class Strategy(Plan):
             plain["kinds"], first, ratio, arrays["travel"], arrays["contact_time"], arrays["last"]
         )
         table = arrays["value"], arrays["kind"], arrays["share"]
-        return cls(plain["problem"], outcomes, plain["timing"], arrays["spindle_speed"], table)
+        return cls(plain["problem"], outcomes, arrays["spindle_speed"], table)
 
     def plot(self) -> Any:
         """Draw expected time and best push over offset, and effect of the friction belief; return the figure.

@@ -1,0 +1,125 @@
+"""Rotations of the table in measurements by the filter of the controller: before a push, and at the end."""
+
+from copy import deepcopy
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from centering._problem.problem import CenteringProblem, PushScatter
+from centering.cycle._control.form import RingFilter
+from centering.cycle._control.settings import CycleSettings
+from sdpgrind.base.checks import Floats
+
+FEWEST = 4  # derived: three readings fix a circle, a fourth its uncertainty
+USUAL = CycleSettings()
+SEEMS = 2.0  # chosen: tolerances within which a part looks as if it were centred
+_BETWEEN = pi  # rad, derived: mean rotation from a push to the next, whose direction is uniform
+_LONGEST = 2.0 * pi * USUAL.turns_in_doubt  # rad, derived: then a part in doubt is pushed
+_EVERY = 4  # chosen: readings between two looks at what they say, once there are many
+_MANY = 12  # chosen: readings below which each is looked at; fewer delay the first answer, more cost time
+_ENDS = 9  # chosen: offsets of a centred part in a table
+
+
+class PlaceErrors(NamedTuple):
+    """Errors of a place by the rotation of the table since a push, for as many pushes as there were before.
+
+    Attributes
+    ----------
+    arc : array, (A,)
+        Rotation, rad.
+    sd, band : array, (A,)
+        Standard deviation of the centre, and half width of its 99.9 % interval, mm; they fall.
+    """
+
+    arc: Floats
+    sd: Floats
+    band: Floats
+
+    def until_known(self, wanted: Floats) -> Floats:
+        """Return the rotations (rad) after which the standard deviation is as small as wanted (mm)."""
+        return _until(self.arc, self.sd, wanted)
+
+    def until_outside(self, beyond: Floats) -> Floats:
+        """Return the rotations (rad) after which parts so far beyond the tolerance (mm) certainly are so."""
+        return _until(self.arc, USUAL.doubt * self.band, beyond)
+
+    def until_centred(self, offset: float, tolerance: float) -> float:
+        """Return the rotation (rad) after which a part at an offset (mm) is certainly within a tolerance, mm.
+
+        Its measured offset is longer on average, by the error of the centre.
+        """
+        told = np.hypot(offset, self.sd) + USUAL.doubt * self.band
+        return float(_until(self.arc, told, np.array([tolerance]))[0])
+
+
+def _until(arc: Floats, error: Floats, wanted: Floats) -> Floats:
+    """Rotations at the first look at which an error is as small as wanted; the longest one where none is."""
+    first = np.searchsorted(-np.minimum.accumulate(error), -wanted)
+    return np.asarray(arc[np.minimum(first, arc.size - 1)])
+
+
+def looks(samples: int, looked: int) -> bool:
+    """Return whether to look at what so many samples say, of which so many had been looked at."""
+    return samples >= FEWEST and (samples < _MANY or samples - looked >= _EVERY)
+
+
+def push_scatter(scatter: PushScatter, offset: Floats | float) -> Floats:
+    """Return the scatter (sd, mm) of a push at an offset (mm): a part known as well is pushed."""
+    own = np.hypot(scatter.stop_sd, scatter.measuring_sd)
+    return np.asarray(np.hypot(scatter.direction_sd * np.asarray(offset), own))
+
+
+def push_arcs(problem: CenteringProblem, offsets: Floats, measured: PlaceErrors) -> Floats:
+    """Return the rotations (rad) before a push of parts at offsets (mm).
+
+    The place is known as well as the push needs, and the part is certainly out of the tolerance.
+    """
+    known = measured.until_known(push_scatter(problem.scatter, offsets))
+    doubt = measured.until_outside(np.abs(offsets - problem.tolerance))
+    return np.maximum(known, np.where(offsets <= SEEMS * problem.tolerance, doubt, 0.0))
+
+
+def final_arcs(problem: CenteringProblem, finish: float, measured: PlaceErrors) -> Floats:
+    """Return the rotations (rad) after which parts at offsets of 0 to `finish` (mm) certainly are centred."""
+    ends = np.linspace(0.0, finish, _ENDS).tolist()
+    return np.array([measured.until_centred(offset, problem.tolerance) for offset in ends])
+
+
+def places(
+    problem: CenteringProblem, speed: float, rate: float, first: float, pushes: int
+) -> list[PlaceErrors]:
+    """Return errors after 0 to `pushes` pushes; radius and form become known from place to place.
+
+    The table runs up at a rate (rad/s^2) by `first` (rad) until the first push, then turns at a speed, rad/s.
+    """
+    noise = max(problem.scatter.measuring_sd, USUAL.noise_sd)
+    radius, prior = problem.model.part.radius, (USUAL.radius_sd, USUAL.form_sd)
+    ring = RingFilter(radius, *prior, noise, USUAL.angle_sd, USUAL.tip_radius)
+    even = np.arange(0.0, _LONGEST, speed * problem.limits.sample_time)
+    run_up = np.asarray(0.5 * rate * (problem.limits.sample_time * np.arange(even.size)) ** 2)
+    found = []
+    for n in range(pushes + 1):
+        arcs, ends = (run_up, first) if n == 0 else (even, _BETWEEN)
+        place, ring = _place(ring, n * _BETWEEN + arcs[arcs <= _LONGEST], ends, radius, noise)
+        found.append(place)
+    return found
+
+
+def _place(
+    ring: RingFilter, angles: Floats, ends: float, radius: float, noise: float
+) -> tuple[PlaceErrors, RingFilter]:
+    """Errors of one place by readings whose errors alternate, and the filter moved where a rotation ends."""
+    last, looked, rows, later = int(np.searchsorted(angles, angles[0] + ends)), 0, [], ring
+    for k, angle in enumerate(angles.tolist()):
+        ring.take(angle, radius + (noise if k % 2 else -noise), True)
+        if looks(k + 1, looked):
+            looked = k + 1
+            ring.look((0.0, 0.0))
+            turned = angle - angles[0] if looked > FEWEST else 0.0  # the fewest readings take time, no angle
+            rows.append((turned, ring.sd, ring.band))
+        if k == last:
+            ring.look()
+            later = deepcopy(ring)
+            later.moved()
+    return PlaceErrors(*np.array(rows).T), later
