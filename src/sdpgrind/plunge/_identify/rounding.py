@@ -1,6 +1,7 @@
-"""Rounding by a gauge that keeps its reading: an error that equal readings in a row share.
+"""Rounding by a gauge: of readings that change an independent error; equal readings in a row share one.
 
-Taken for white noise it would all but vanish from their mean. The error of a run is even within half a step.
+The error of a run is even within half a step; taken for white noise it would all but vanish from their mean.
+An independent error hides how alike the noise of a filter is, which averages out the less.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,23 +12,54 @@ from sdpgrind.base import serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Estimate
 from sdpgrind.plunge._identify.cycles import Cycle, runs
+from sdpgrind.plunge._plan.replay_kernels import lags
 
+_LEAST, _MOST = 1e-3, 0.5  # chosen: share of rounding in a variance; less hides nothing, of more runs share
 _FLICKER = 5  # chosen: readings between two runs of the same size that make one of them
 _CHANGE = 1e-3  # chosen: change of a value for a slope, in standard deviations
 
 
 def widened(found: Estimate, cycle: Cycle, residual: Callable[[Floats], Floats]) -> Estimate:
-    """Estimate from residuals of the size (mm), with the rounding of its runs in the covariance."""
-    if not found.ok or not rests(cycle) or not np.all(found.sd > 0):
+    """Estimate from residuals of the size (mm), with the rounding of the gauge in the covariance."""
+    rho, apart = found.noise_correlation, _apart(cycle)
+    own = unrounded(rho, cycle, found.noise_sd, found.value.size)
+    if not found.ok or not (own > rho or rests(cycle)) or not np.all(found.sd > 0):
         return found
     changes = np.diag(_CHANGE * found.sd)
     each = [residual(found.value + change) - residual(found.value - change) for change in changes]
     slopes = np.array(each) / (2 * np.diag(changes))[:, None]
-    rho, apart = found.noise_correlation, _apart(cycle)
     white = serial.filtered(slopes, rho, apart)
     back = serial.filtered_back(white, rho, apart)
     weights = np.asarray(np.linalg.lstsq(white @ white.T, back, rcond=None)[0], dtype=float)
-    return found.replace(covariance=found.covariance + by_weights(cycle, weights))
+    by_runs = by_weights(cycle, weights)
+    if own == rho:
+        return found.replace(covariance=found.covariance + by_runs)
+    by_noise = _by_noise(weights, rho / own, own, apart) * found.noise_sd**2
+    freedom = serial.effective(apart.size, found.value.size, own)
+    return found.replace(covariance=by_noise + by_runs, freedom=freedom)
+
+
+def unrounded(correlation: float, cycle: Cycle, noise_sd: float, fitted: int) -> float:
+    """Correlation of the noise (sd in mm) before its rounding, which adds a twelfth of a step squared to it.
+
+    derived: `fitted` slow values take their share of the sum of all correlations off those of neighbours, of
+    which noise that is first-order with its rounding would have given back too little.
+    """
+    share = min(cycle.quantum**2 / 12 / noise_sd**2, _MOST) if noise_sd > 0 else 0.0
+    if share <= _LEAST:
+        return correlation
+    own = min(correlation / (1 - share), serial.MOST)
+    every = (1 - share) * (1 + own) / (1 - own) + share
+    lost = fitted / int(cycle.read.sum()) * ((1 - correlation) * every - (1 + correlation))
+    return min((correlation + lost) / (1 - share), serial.MOST)
+
+
+def _by_noise(weights: Floats, share: float, rho: float, apart: Floats) -> Floats:
+    """Covariance of weighted sums (values, sizes): this share of the noise, of variance 1, is first-order."""
+    poles = rho ** apart[1:]
+    before = np.array([lags(0.0, poles, poles * weight[:-1]) for weight in weights])
+    alike = weights @ before.T
+    return np.asarray(weights @ weights.T + share * (alike + alike.T))
 
 
 def rests(cycle: Cycle) -> bool:
