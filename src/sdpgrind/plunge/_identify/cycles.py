@@ -63,9 +63,8 @@ class Cycle:
 
     @cached_property
     def quantum(self) -> float:
-        """Least change between two sizes, mm: upper bound of the gauge's resolution."""
-        changes = np.abs(np.diff(self.size[self.read]))
-        return float(changes[changes > 0].min()) if np.any(changes > 0) else 0.0
+        """Step of the gauge, mm."""
+        return step_of(self.size[self.read])
 
     @cached_property
     def jitter(self) -> float:
@@ -97,6 +96,12 @@ def cycles(
         )
         for s in found
     )
+
+
+def step_of(size: Floats) -> float:
+    """Least change between two sizes, mm: upper bound of the gauge's resolution."""
+    changes = np.abs(np.diff(size))
+    return float(changes[changes > 0].min()) if np.any(changes > 0) else 0.0
 
 
 def fault(cycle: Cycle) -> str:

@@ -173,7 +173,7 @@ def _rounded(fit: MachineFit, weights: Floats) -> Iterator[Floats]:
         size, power = int(each.sized.sum()), int(each.powered.sum())
         apart, sd, rho = each.channels()[0][3], fit.noise.sd[0], fit.noise.correlation[0]
         back = serial.filtered_back(weights[:, begin : begin + size], rho, apart)
-        yield rounding.by_weights(each.cycle, back / sd)
+        yield rounding.by_weights(each.cycle.size[each.sized], back / sd)
         begin += size + power
 
 

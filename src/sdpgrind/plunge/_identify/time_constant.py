@@ -113,7 +113,7 @@ def _curved(cycle: Cycle, found: idf.Estimate) -> bool:
         return False
     alike = serial.local_correlation(off, _STRAIGHT)
     rho = min(found.noise_correlation, alike + 0.5 * (1 + alike) * float(off.size) ** -0.5)
-    rho = rounding.unrounded(rho, cycle, found.noise_sd, found.value.size)
+    rho = rounding.unrounded(rho, cycle.size[cycle.read], found.noise_sd, found.value.size)
     white = serial.filtered(off, rho, serial.gaps(cycle.time[cycle.read], off.size))
     count = white.size // _BLOCK
     means = white[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)
