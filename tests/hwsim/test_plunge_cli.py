@@ -356,7 +356,7 @@ def test_every_table(job):
 
 
 FAULTS = [
-    ("stock = 0.2", "stok = 0.2", "stock is missing; is stok meant?"),
+    ("stock = 0.2", "stok = 0.2", "stock is missing; is it meant by stok?"),
     ("stock = 0.2", "stock = '0.2 s'", "stock must have a unit like mm; got '0.2 s'"),
     ("stock = 0.2", "stock = 0", "stock must be > 0 (mm); got 0.0"),
     (
@@ -377,7 +377,7 @@ FAULTS = [
         '[model] wheel_speed must be in mm/s, some 30000; "... m/s" for m/s; got 45.0',
     ),
     ("width = 20", "width = 20\ncolour = 3", "model.colour is not a key; keys here are"),
-    ("stiffness", "stifness", "model.stiffness is missing; is model.stifness meant?"),
+    ("stiffness", "stifness", "model.stiffness is missing; is it meant by model.stifness?"),
     ('"malkin"', '"coulomb"', "model.power.sliding must be one of dong, malkin; got 'coulomb'"),
     ('"malkin"', '["malkin"]', "model.power.sliding must be one of dong, malkin; got ['malkin']"),
     ("pressure = 7.0", "coefficient = 7.0", "model.power.coefficient is not a key; keys here are"),

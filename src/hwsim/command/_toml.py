@@ -40,7 +40,7 @@ class Table:
         if not self.has(key):
             close = difflib.get_close_matches(key, self.entries.keys() - self.known)
             raise ValueError(
-                f"{self.path(key)} is missing" + (f"; is {self.path(close[0])} meant?" if close else "")
+                f"{self.path(key)} is missing" + (f"; is it meant by {self.path(close[0])}?" if close else "")
             )
         return self.entries[key]
 
@@ -53,8 +53,8 @@ class Table:
         told = f"{', '.join(map(self.path, missing[:-1]))} and {self.path(missing[-1])} are missing"
         unread = self.entries.keys() - self.known
         close = {key: difflib.get_close_matches(key, unread, 1) for key in missing}
-        meant = [f"{self.path(near[0])} for {self.path(key)}" for key, near in close.items() if near]
-        raise ValueError(told + (f"; is {', '.join(meant)} meant?" if meant else ""))
+        meant = [f"{self.path(key)} meant by {self.path(near[0])}" for key, near in close.items() if near]
+        raise ValueError(told + (f"; is {', '.join(meant)}?" if meant else ""))
 
     def file(self, key: str, folder: Path) -> Path:
         """Path of an existing file, which counts from `folder`."""
