@@ -112,3 +112,17 @@ def test_a_relief_that_leaves_deflection_is_part_of_the_cycle():
     size = np.append(0.0, np.cumsum(rate[:-1])) * STEP - deflection
     fit = found(cycle(size + np.random.default_rng(0).normal(0.0, 5e-4, TIME.size), TIME, rate))
     assert fit.ok and abs(fit["time_constant"] - TAU) < 4 * fit.sd[0]
+
+
+def test_a_rest_at_the_edge_of_a_step_shares_an_error_too():
+    """A lag of 0.4 s and 20 s of rest, an eighth of a step from the edge: 7 of ten intervals held it."""
+    pole, deflection = np.exp(-STEP / 0.4), np.zeros(TIME.size)
+    for k in range(TIME.size - 1):
+        deflection[k + 1] = pole * deflection[k] + RATE[k] * 0.4 * (1 - pole)
+    size, inside = np.append(0.0, np.cumsum(RATE[:-1])) * STEP - deflection, []
+    for seed in range(10):
+        noise = np.random.default_rng(seed).normal(0.0, 1e-4, TIME.size)
+        read = np.round(size - size[-1] + 0.375e-3 + noise, 3)
+        low, high = found(cycle(read, TIME, RATE)).interval()[0]
+        inside.append(low <= 0.4 <= high)
+    assert sum(inside) >= 9

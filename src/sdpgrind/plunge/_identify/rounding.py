@@ -1,6 +1,6 @@
-"""Rounding by a gauge: of readings that change an independent error; equal readings in a row share one.
+"""Rounding by a gauge: of readings that change an independent error; readings at rest share one.
 
-The error of a run is even within half a step; taken for white noise it would all but vanish from their mean.
+The error of a rest is even within half a step; taken for white noise it would all but vanish from their mean.
 An independent error hides how alike the noise of a filter is, which averages out the less.
 """
 
@@ -15,7 +15,6 @@ from sdpgrind.plunge._identify.cycles import Cycle, runs, step_of
 from sdpgrind.plunge._plan.replay_kernels import lags
 
 _LEAST, _MOST = 1e-3, 0.5  # chosen: share of rounding in a variance; less hides nothing, of more runs share
-_FLICKER = 5  # chosen: readings between two runs of the same size that make one of them
 _CHANGE = 1e-3  # chosen: change of a value for a slope, in standard deviations
 
 
@@ -99,17 +98,20 @@ def of_means(cycle: Cycle, count: int, block: int, rho: float) -> Floats:
 
 
 def _runs(size: Floats) -> tuple[np.ndarray, Floats]:
-    """Where runs of equal readings and what lies between them begin; 1 within runs, else 0."""
-    held, edges = np.zeros(size.size), [0]
-    for first, last in runs(size):
-        if len(edges) > 1 and first - edges[-1] <= _FLICKER and size[first] == size[edges[-1] - 1]:
-            held[edges.pop() : first] = 1.0
-        else:
-            edges.append(first)
-        held[first : last + 1] = 1.0
-        edges.append(last + 1)
-    starts = np.unique(edges)
-    return starts[starts < size.size], held
+    """Where readings that keep within a step, and what lies between them, begin; 1 within them, else 0.
+
+    A gauge at rest shows one size or, at the edge of a step, two in turn: their mean is off by as much.
+    """
+    held, edges = np.zeros(size.size), {0}
+    for first, _ in runs(size):
+        if held[first]:
+            continue
+        after = size[first:]
+        wide = np.maximum.accumulate(after) - np.minimum.accumulate(after) > 1.5 * step_of(size)
+        last = first + int(np.argmax(wide)) if wide[-1] else size.size
+        held[first:last] = 1.0
+        edges |= {first, last}
+    return np.array(sorted(edges - {size.size})), held
 
 
 def _apart(cycle: Cycle) -> Floats:
