@@ -17,8 +17,8 @@ from sdpgrind.plunge._identify.preference import preferred_law
 from sdpgrind.plunge._model.problem import CycleProblem
 
 LINEAR, MODEL = "a linear lag", "the deflection of the model"
-FITTED = 3
-"""Values fitted in a part: contact zero, scale or time constant, offset or first deflection."""
+FITTED = 3  # derived: contact zero, scale or time constant, offset or first deflection
+"""Values fitted in a part."""
 
 
 class Deflected(NamedTuple):
