@@ -120,7 +120,7 @@ CALLS = [
     (
         CYCLE,
         {"work_rotation": 280.0},
-        "rad/s, with the work's surface below 7400 mm/s; units.rpm(...) for rev/min; got 280.0",
+        "rad/s, up to 211.4, with the work's surface below 7400 mm/s; units.rpm(...) for rev/min; got 280.0",
     ),
     (
         TURNED,

@@ -284,7 +284,7 @@ def test_everything_that_can_be_said(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "fault"),
     [
-        ("[surface]", "[surfaec]", "surface is missing; is surfaec meant?"),
+        ("[surface]", "[surfaec]", "surface is missing; is it meant by surfaec?"),
         (
             'pattern = "zigzag"',
             'pattern = "spiral"',

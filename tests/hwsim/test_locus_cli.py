@@ -336,7 +336,7 @@ def test_every_table(job):
 
 
 FAULTS = [
-    ("width = 9", "widht = 9", "process.width is missing; is process.widht meant?"),
+    ("width = 9", "widht = 9", "process.width is missing; is it meant by process.widht?"),
     ("width = 9", "width = '9 s'", "process.width must have a unit like mm; got '9 s'"),
     ("wheel_diameter = 50", "wheel_diameter = 90", "[process] wheel_diameter must be < work_diameter = 70 in a bore (mm)"),
     ('"37 m/s"', "37", "[process] wheel_speed must be in mm/s, some 30000; \"... m/s\" for m/s; got 37.0"),

@@ -368,7 +368,7 @@ def test_every_table(job):
 
 
 FAULTS = [
-    ("stock = 0.2", "stok = 0.2", "stock is missing; is stok meant?"),
+    ("stock = 0.2", "stok = 0.2", "stock is missing; is it meant by stok?"),
     ("stock = 0.2", "stock = '0.2 s'", "stock must have a unit like mm; got '0.2 s'"),
     ("stock = 0.2", "stock = 0", "stock must be > 0 (mm); got 0.0"),
     (
@@ -389,7 +389,7 @@ FAULTS = [
         '[model] wheel_speed must be in mm/s, some 30000; "... m/s" for m/s; got 45.0',
     ),
     ("width = 20", "width = 20\ncolour = 3", "model.colour is not a key; keys here are"),
-    ("stiffness", "stifness", "model.stiffness is missing; is model.stifness meant?"),
+    ("stiffness", "stifness", "model.stiffness is missing; is it meant by model.stifness?"),
     ("[model]\n", "[modell]\n", "[modell] is no table here; is [model] meant?"),
     ("[model.power]", "[power]", "model.power is missing; is [power] to be [model.power]?"),
     ('"malkin"', '"coulomb"', "model.power.sliding must be one of dong, malkin; got 'coulomb'"),

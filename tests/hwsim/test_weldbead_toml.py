@@ -186,7 +186,7 @@ def test_charges_of_every_kind(job):
 
 
 FAULTS = [
-    ("bead_length", "bead_lenght", "", "bead_length is missing; is bead_lenght meant?"),
+    ("bead_length", "bead_lenght", "", "bead_length is missing; is it meant by bead_lenght?"),
     ("bead_width = 12.5\n", "", "", "process.bead_width is missing"),
     (
         "stage = 2\n",
@@ -233,7 +233,7 @@ FAULTS = [
         "speed_droop = 0.0\nbead_width = 12.5",
         "bead_widht = 12.5",
         "",
-        "process.speed_droop and process.bead_width are missing; is process.bead_widht for process.bead_width meant?",
+        "process.speed_droop and process.bead_width are missing; is process.bead_width meant by process.bead_widht?",
     ),
     (
         'attribution = "C1"\nrelative_sd = 0.15',

@@ -129,6 +129,7 @@ def test_the_published_limit_in_metric():
         (lambda: physics.BurningLimit(6.0, -7.0), r"B must be > 0 \(J/\(mm\^2 s\^\(1/2\)\)\); got -7.0"),
         (lambda: physics.GrindingPower(specific_energy=-1), r"specific_energy must be > 0 \(J/mm\^3\)"),
         (lambda: physics.DongSliding(coefficient=0), r"coefficient must be > 0 \(N/mm\^2.7\)"),
+        (lambda: physics.DongSliding(exponent=1e30), r"exponent must be in \(0, 5\]"),
         (lambda: physics.MalkinSliding(pressure=-1), r"pressure must be >= 0 \(N/mm\^2\)"),
     ],
 )

@@ -88,6 +88,17 @@ def test_the_rounding_of_a_gauge_at_rest():
     assert total < stats.chi2.isf(1e-4, 36)
 
 
+def test_a_gauge_that_filters_and_rounds():
+    """Noise of half a step, correlation 0.8: of 120 intervals of the ratio 105 held it, now 113.
+
+    Its sd was 1.14 times that without rounding, now 1.42 times.
+    """
+    data = recorded(4, rho=0.8)
+    read = data | {"size": np.round(data["size"], 3)}
+    even, stepped = (plunge.identify(each, "machine", problem=PROBLEM).sd[0] for each in (data, read))
+    assert stepped > 1.25 * even
+
+
 def test_what_the_offset_of_the_gauge_changes():
     data = recorded()
     fit = found(data | {"size": data["size"] + 0.37})

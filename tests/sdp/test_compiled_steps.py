@@ -142,3 +142,38 @@ def test_beyond_a_stopping_edge_the_further_charge_of_the_mode_is_paid():
     np.testing.assert_allclose(
         own.table.value[1, 0], np.minimum(5.0 * x + 1.0, 2.75 - x - 4.0 + 1.0), atol=1e-14
     )
+
+
+def ended(charge, compiled, reached=0.5, low=1.0, **edges):
+    """Plan of a move to a coordinate beyond an edge that stops, from the nodes of an axis to 3."""
+    to = sdp.Sampled(lambda s, c, e: (e.z,), {"z": sdp.Discrete([reached])}, compiled=compiled)
+    move, stop = sdp.Move("go", {}, to, charge=-100.0), sdp.Stop("end", charge)
+    return sdp.plan(sdp.Problem([sdp.Axis("x", low, 3.0, 3, **edges)], [move], [stop], sdp.Stages(1, 1.0)))
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_beyond_an_edge_above_the_target_too_little_is_charged(compiled):
+    """The charge of its other side, 0.5 $, was paid compiled."""
+    charge = sdp.Charge(under=sdp.Linear(5.0), over=sdp.Linear(1.0))
+    np.testing.assert_allclose(ended(charge, compiled, below="stop").table.value[1, 0], -97.5, atol=1e-13)
+
+
+def test_a_function_that_charges_a_stop_leaves_its_moves_to_numpy(monkeypatch):
+    """Compiled, nothing was charged beyond the edge."""
+    monkeypatch.setattr("sdpgrind.sdp._solve.point_backup.COMPILED_KEPT", 1)
+    charge = sdp.Charge(under=lambda z: z**3)
+    edges = {"reached": 4.0, "above": "stop"}
+    np.testing.assert_allclose(ended(charge, None, **edges).table.value[1, 0], -36.0, atol=1e-13)
+    with pytest.raises(ValueError, match="move 'go': beyond an edge 'stop' a compiled move needs a charge"):
+        ended(charge, True, **edges)
+    below = ended(charge, True, reached=-1.0, low=0.0, below="stop")  # there `over` charges, which is nothing
+    np.testing.assert_array_equal(below.table.value[1, 0], -100.0)
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_charge_of_the_next_coordinates_that_is_no_number_is_refused(compiled):
+    """Compiled, the move was never chosen, in silence."""
+    to = sdp.Sampled(scattered, {"z": sdp.Discrete([0.0])}, lambda s, c, n: n.x * np.nan, compiled=compiled)
+    move, stop = sdp.Move("go", {"d": [0.1]}, to, charge=-1.0), sdp.Stop("end", lambda s: s.x)
+    with pytest.raises(ValueError, match="move 'go': charge of the next coordinates must be a number"):
+        sdp.plan(sdp.Problem([sdp.Axis("x", 0.0, 1.0, 3)], [move], [stop], sdp.Stages(1, 1.0)))

@@ -41,7 +41,7 @@ class Table:
         if not self.has(key):
             self._refuse_misnamed({key})
             close = difflib.get_close_matches(key, self.unread())
-            meant = f"; is {self.path(close[0])} meant?" if close else self._elsewhere(key)
+            meant = f"; is it meant by {self.path(close[0])}?" if close else self._elsewhere(key)
             raise ValueError(f"{self.path(key)} is missing{meant}")
         return self.entries[key]
 
@@ -77,8 +77,8 @@ class Table:
         self._refuse_misnamed(set(missing))
         told = f"{', '.join(map(self.path, missing[:-1]))} and {self.path(missing[-1])} are missing"
         close = {key: difflib.get_close_matches(key, self.unread(), 1) for key in missing}
-        meant = [f"{self.path(near[0])} for {self.path(key)}" for key, near in close.items() if near]
-        raise ValueError(told + (f"; is {', '.join(meant)} meant?" if meant else ""))
+        meant = [f"{self.path(key)} meant by {self.path(near[0])}" for key, near in close.items() if near]
+        raise ValueError(told + (f"; is {', '.join(meant)}?" if meant else ""))
 
     def file(self, key: str, folder: Path) -> Path:
         """Path of an existing file, which counts from `folder`."""

@@ -8,6 +8,8 @@ from typing import Any, ClassVar, Protocol
 
 from sdpgrind.base.quantities import Described, described, quantity
 
+_STEEPEST = 5.0  # chosen: some five times beyond a force in proportion to the squared contact length
+
 
 class SlidingLaw(Protocol):
     """Tangential force of the wear flats per width, N/mm: a power of the depth of cut.
@@ -112,7 +114,7 @@ class DongSliding(Described):
     Raises
     ------
     ValueError
-        When a value is not positive.
+        When a value is not positive, or the exponent above 5.
 
     Examples
     --------
@@ -124,7 +126,7 @@ class DongSliding(Described):
 
     areas: ClassVar[tuple[float, float]] = (0.0, 0.1)
     coefficient: float = quantity("N/mm^2.7", above=0, default=842.0 / 9.0)
-    exponent: float = quantity("1", above=0, default=0.85)
+    exponent: float = quantity("1", above=0, at_most=_STEEPEST, default=0.85)
 
     def force(
         self,

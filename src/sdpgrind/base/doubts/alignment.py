@@ -45,15 +45,18 @@ class Alignment(NamedTuple):
         return self.preferred != NOT_SURE
 
 
-def preferred(squares: Mapping[str, float], readings: int) -> Alignment:
-    """Alignment of least sum of squares, if F = (second - least)/(least/(n - 2)) is at least 4."""
+def preferred(squares: Mapping[str, float], readings: int, spread: float = 1.0) -> Alignment:
+    """Alignment of least sum of squares, if F = (second - least)/(least/(n - 2)) is at least 4.
+
+    `spread`: variance of the difference of the two sums over that by independent noise, unit 1.
+    """
     least, second = sorted(squares, key=lambda each: squares[each])[:2]
     freedom = max(readings - 2, 1)
     apart = squares[second] - squares[least]
     excess = apart / squares[least] if squares[least] > 0 else np.inf if apart > 0 else 0.0
-    decisive = excess * freedom
+    decisive = excess * freedom / spread
     found = least if decisive >= _DECISIVE else NOT_SURE
-    return Alignment(found, float(decisive), least, second, float(excess), _DECISIVE / freedom)
+    return Alignment(found, float(decisive), least, second, float(excess), spread * _DECISIVE / freedom)
 
 
 def alignment_sentence(

@@ -12,11 +12,12 @@ import numpy as np
 from sdpgrind.base import serial
 from sdpgrind.base.columns.commands import ALIGNMENTS, read_as
 from sdpgrind.base.doubts import gauge
-from sdpgrind.base.doubts.alignment import NOT_SURE, Alignment, preferred
+from sdpgrind.base.doubts.alignment import NOT_SURE, Alignment
 from sdpgrind.plunge._doubts.lag import LagFit, LagPart, fitted
-from sdpgrind.plunge._doubts.residuals import Deflected, of_model
+from sdpgrind.plunge._doubts.residuals import FITTED, Deflected, of_model
 from sdpgrind.plunge._identify import time_constant
 from sdpgrind.plunge._identify.cycles import MOVING, Cycle
+from sdpgrind.plunge._identify.preference import preferred_law
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._model.time_constants import of_deflection
 
@@ -42,9 +43,9 @@ def of_cycles(cycles: Sequence[Cycle], commands_at: str = "begin") -> Aligned:
     best = min(raw.values(), key=lambda fit: fit.square)
     rho = best.correlation if best.noise_sd > _EXACT * best.travel else 0.0
     white = {each: fitted(courses, rho) for each, courses in given.items()} if rho > 0 else raw
-    squares = {each: fit.square for each, fit in white.items()}
+    left = {each: fit.residuals for each, fit in white.items()}
     taus = {each: fit.time_constant for each, fit in raw.items()}
-    found = preferred(squares, white[commands_at].readings)
+    found = preferred_law(left, best.sizes, best.times, rho, FITTED)
     if found.excess < _CLEAR and _bent(best):
         found = found._replace(preferred=NOT_SURE)
     return Aligned(found, white[commands_at], taus)
@@ -59,19 +60,15 @@ def by_model(
         courses = [_commanded(cycle, commands_at, each) for cycle in cycles]
         fits[each] = fits.get(each) or of_model(problem, courses) or deflected
     rho = min(fits.values(), key=lambda fit: fit.noise_sd).correlation
-    squares = {each: _square(fits[each], rho) for each in ALIGNMENTS}
+    left = {each: fits[each].residuals for each in ALIGNMENTS}
     taus = {each: fits[each].scale * of_deflection(problem) for each in ALIGNMENTS}
-    found = preferred(squares, sum(left.size for left in deflected.residuals))
+    sizes = [cycle.size[cycle.read] for cycle in cycles]
+    found = preferred_law(left, sizes, deflected.times, rho, FITTED)
     return aligned._replace(alignment=found, time_constants=taus)
 
 
 def _commanded(cycle: Cycle, commands_at: str, alignment: str) -> Cycle:
     return dataclasses.replace(cycle, command_rate=read_as(cycle.command_rate, commands_at, alignment))
-
-
-def _square(fit: Deflected, rho: float) -> float:
-    each = zip(fit.times, fit.residuals, strict=True)
-    return float(sum(np.sum(serial.filtered(e, rho, serial.gaps(t, t.size)) ** 2) for t, e in each))
 
 
 def _bent(fit: LagFit) -> bool:

@@ -49,6 +49,11 @@ class LagFit(NamedTuple):
         return sum(left.size for left in self.residuals)
 
     @property
+    def sizes(self) -> list[Floats]:
+        """Sizes of each part, mm."""
+        return [part.size[np.isfinite(part.size)] for part in self.parts]
+
+    @property
     def travel(self) -> float:
         """Greatest change of the size of a part, mm."""
         return float(max(np.nanmax(part.size) - np.nanmin(part.size) for part in self.parts))

@@ -8,15 +8,17 @@ import numpy as np
 from sdpgrind.base import serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.doubts import gauge
-from sdpgrind.base.doubts.alignment import Alignment, preferred
+from sdpgrind.base.doubts.alignment import Alignment
 from sdpgrind.base.doubts.words import amount, in_one_unit, share
 from sdpgrind.plunge._doubts.lag import LagFit
 from sdpgrind.plunge._identify import contact
 from sdpgrind.plunge._identify.cycles import Cycle
+from sdpgrind.plunge._identify.preference import preferred_law
 from sdpgrind.plunge._model.problem import CycleProblem
 
 LINEAR, MODEL = "a linear lag", "the deflection of the model"
-_FITTED = 3  # derived: contact zero, scale and offset of the gauge
+FITTED = 3  # derived: contact zero, scale or time constant, offset or first deflection
+"""Values fitted in a part."""
 
 
 class Deflected(NamedTuple):
@@ -39,8 +41,8 @@ def of_model(problem: CycleProblem, each: Sequence[Cycle]) -> Deflected | None:
     times = tuple(cycle.time[cycle.read] for cycle in each)
     values = [contact.fitted(cycle, problem.model).value for cycle in each]
     left = tuple(contact.residual(cycle, problem.model, v) for cycle, v in zip(each, values, strict=True))
-    square, count = sum(float(e @ e) for e in left), sum(e.size - _FITTED for e in left)
-    alike = [serial.correlation(e, _FITTED, serial.gaps(t, t.size)) for t, e in zip(times, left, strict=True)]
+    square, count = sum(float(e @ e) for e in left), sum(e.size - FITTED for e in left)
+    alike = [serial.correlation(e, FITTED, serial.gaps(t, t.size)) for t, e in zip(times, left, strict=True)]
     scale = float(np.mean([value[1] for value in values]))
     return Deflected(float(np.sqrt(square / max(count, 1))), float(np.mean(alike)), times, left, scale)
 
@@ -48,14 +50,10 @@ def of_model(problem: CycleProblem, each: Sequence[Cycle]) -> Deflected | None:
 def law_of(fit: LagFit, deflected: Deflected) -> Alignment:
     """`LINEAR` or `MODEL`: the law that the sizes prefer; residuals filtered as those of the better one."""
     rho = deflected.correlation if deflected.noise_sd < fit.noise_sd else fit.correlation
-    squares = {LINEAR: 0.0, MODEL: 0.0}
-    for time, left, at, others in zip(
-        fit.times, fit.residuals, deflected.times, deflected.residuals, strict=True
-    ):
-        apart = serial.gaps(time, time.size)
-        for law, residual in ((LINEAR, left), (MODEL, others[np.isin(at, time)])):
-            squares[law] += float(np.sum(serial.filtered(residual, rho, apart) ** 2))
-    return preferred(squares, fit.readings)
+    bent = [
+        e[np.isin(at, t)] for t, at, e in zip(fit.times, deflected.times, deflected.residuals, strict=True)
+    ]
+    return preferred_law({LINEAR: fit.residuals, MODEL: bent}, fit.sizes, fit.times, rho, FITTED)
 
 
 def of_readings(each: Sequence[Cycle], fit: LagFit, deflected: Deflected | None) -> list[str]:

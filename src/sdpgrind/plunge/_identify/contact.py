@@ -11,12 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind import identify as idf
-from sdpgrind.base import serial
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.doubts.alignment import preferred
 from sdpgrind.plunge._identify import rounding
 from sdpgrind.plunge._identify import time_constant as lag
 from sdpgrind.plunge._identify.cycles import Cycle, concluded, fault, not_identified
+from sdpgrind.plunge._identify.preference import preferred_law
 from sdpgrind.plunge._identify.time_constant import FAINT
 from sdpgrind.plunge._model.model import PlungeModel
 from sdpgrind.plunge._model.problem import CycleProblem
@@ -126,9 +125,12 @@ def _linear(cycle: Cycle, model: PlungeModel, fit: idf.Estimate) -> bool:
         return False
     straight, time = lag.fitted(cycle), cycle.time[cycle.read]
     rho = min(fit, straight, key=lambda each: each.noise_sd).noise_correlation
-    each = residual(cycle, model, fit.value), lag.residual(cycle, straight.value)
-    bent, even = (np.sum(serial.filtered(e, rho, serial.gaps(time, time.size)) ** 2) for e in each)
-    return preferred({"model": float(bent), "linear": float(even)}, time.size).preferred == "linear"
+    left = {
+        "model": [residual(cycle, model, fit.value)],
+        "linear": [lag.residual(cycle, straight.value)],
+    }
+    found = preferred_law(left, [cycle.size[cycle.read]], [time], rho, fit.value.size)
+    return found.preferred == "linear"
 
 
 def _reached(zero: idf.Estimate, infeed: float) -> idf.Estimate:

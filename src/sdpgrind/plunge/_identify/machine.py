@@ -173,7 +173,11 @@ def _rounded(fit: MachineFit, weights: Floats) -> Iterator[Floats]:
         size, power = int(each.sized.sum()), int(each.powered.sum())
         apart, sd, rho = each.channels()[0][3], fit.noise.sd[0], fit.noise.correlation[0]
         back = serial.filtered_back(weights[:, begin : begin + size], rho, apart)
-        yield rounding.by_weights(each.cycle, back / sd)
+        read, moved = each.cycle.size[each.sized], back / sd
+        own = rounding.unrounded(rho, read, sd, fit.count)
+        beside = rounding.covariance(read, moved, apart, own, rho, sd)
+        taken = rounding.covariance(read, moved, apart, rho, rho, sd)  # that by the residuals as they are
+        yield beside - taken + rounding.by_weights(read, moved)
         begin += size + power
 
 

@@ -46,20 +46,20 @@ def fitted(cycle: Cycle, noise: str = "first order") -> idf.Estimate:
     covariance it always is a fitted value, since none is known, and the step from the fitted values counts as
     an error: a small touch-in that was there biases the time constant by it.
     """
-    return rounding.widened(_fitted(cycle, noise), cycle, lambda values: residual(cycle, values))
-
-
-def _fitted(cycle: Cycle, noise: str) -> idf.Estimate:
-    touched = fit(cycle, noise)
+    touched = _rounded(fit(cycle, noise), cycle)
     told = touched.value[2] ** 2 > _SIGNIFICANT * touched.covariance[2, 2]
     if touched.ok and (told or abs(touched.correlation[0, 2]) < _ALIKE):
         return touched
-    plain = fit(cycle, noise, size=2)
+    plain = _rounded(fit(cycle, noise, size=2), cycle)
     value, covariance = np.append(plain.value, 0.0), np.pad(plain.covariance, (0, 1))
     if touched.ok:
         step = touched.value - value
         return touched.replace(value=value, covariance=touched.covariance + np.outer(step, step))
     return plain.replace(names=touched.names, units=touched.units, value=value, covariance=covariance)
+
+
+def _rounded(found: idf.Estimate, cycle: Cycle) -> idf.Estimate:
+    return rounding.widened(found, cycle, lambda values: residual(cycle, values))
 
 
 def fit(cycle: Cycle, noise: str = "first order", *, size: int = 3, correlation: float = 0.0) -> idf.Estimate:
@@ -113,6 +113,7 @@ def _curved(cycle: Cycle, found: idf.Estimate) -> bool:
         return False
     alike = serial.local_correlation(off, _STRAIGHT)
     rho = min(found.noise_correlation, alike + 0.5 * (1 + alike) * float(off.size) ** -0.5)
+    rho = rounding.unrounded(rho, cycle.size[cycle.read], found.noise_sd, found.value.size)
     white = serial.filtered(off, rho, serial.gaps(cycle.time[cycle.read], off.size))
     count = white.size // _BLOCK
     means = white[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)

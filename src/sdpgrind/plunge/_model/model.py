@@ -22,6 +22,7 @@ SLOWEST_WHEEL, FASTEST_WHEEL, FASTEST_WORK = 1000.0, 300e3, 300.0
 # chosen, N/mm and mm^2/s, ten times beyond what exists: machines of 1e3 to 1e5, materials of 1 to 117
 _STIFFNESSES, _DIFFUSIVITIES = (100.0, 1e6), (0.1, 1000.0)
 _SOFTEST, _USUAL_STIFFNESS = 1.0, 10000.0  # chosen, N/mm: of quills of small bores and of slender shafts
+_STEEPEST = 5.0  # chosen: some five times beyond wear in proportion to the depth of cut
 _LONGEST, _SLOW = 50.0, 0.01  # chosen: s, at a rate in mm/s; one in N/µm taken as N/mm lags some 1000 s
 # chosen, ten times beyond normal over tangential forces of 1.2 to 10 and roundness gains of 0.5 to 5
 _LEAST_RATIO, _MOST_RATIO, _MOST_GAIN = 0.12, 100.0, 50.0
@@ -54,7 +55,7 @@ class Wear(Described):
     """
 
     growth: float = quantity("1/mm", at_least=0)
-    exponent: float = quantity("1", at_least=0, default=0.0)
+    exponent: float = quantity("1", at_least=0, at_most=_STEEPEST, default=0.0)
     reference_rate: float = quantity("mm/s", above=0, usual=(1e-4, 10.0), typical=0.01, default=0.01)
 
     def rate(self, infeed_rate: Any) -> Any:
@@ -143,10 +144,11 @@ class PlungeModel(Described):
     def _check(self) -> None:
         if self.internal and self.wheel_diameter >= self.work_diameter:
             raise self._refused("wheel_diameter", f"< work_diameter = {self.work_diameter:g} in a bore")
-        if self.work_rotation * self.work_diameter / 2 > self.wheel_speed / SPEED_RATIO:
+        surface = self.wheel_speed / SPEED_RATIO
+        if self.work_rotation * self.work_diameter / 2 > surface:
             raise ValueError(
-                "work_rotation must be in rad/s, with the work's surface below"
-                f" {self.wheel_speed / SPEED_RATIO:g} mm/s; units.rpm(...) for rev/min;"
+                f"work_rotation must be in rad/s, up to {2 * surface / self.work_diameter:.4g}, with the"
+                f" work's surface below {surface:g} mm/s; units.rpm(...) for rev/min;"
                 f" got {self.work_rotation!r}"
             )
         self._refuse_other_stiffness()

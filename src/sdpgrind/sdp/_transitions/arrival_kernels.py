@@ -18,7 +18,7 @@ class EdgeTables(NamedTuple):
 
     `axes` (n, 3): low and high end, spacing of the nodes (of the logarithm where `logs`). `kinds` (n, 2):
     kind below and above; `extra`: charge ($) of a NUMBER. `stop` (2, 3): kind, amount and tolerance of the
-    stop's charge below and above.
+    stop's charge below and above 0, wherever the edges are.
     """
 
     axes: Any
@@ -39,11 +39,12 @@ def _refused(y, k, edges):
 
 
 @compiled(error_model="numpy", inline="always")
-def _stop_charge(distance, charge):
-    """Charge ($) of the stop for ending at a distance from 0."""
+def _stop_charge(y, sides):
+    """Charge ($) of the stop for ending at a coordinate; its target is 0."""
+    charge, distance = sides[0] if y < 0.0 else sides[1], abs(y)
     z = distance - charge[2]
     if charge[0] == CONSTANT:
-        return charge[1] if z >= 0.0 else 0.0
+        return charge[1] if distance > 0.0 and z >= 0.0 else 0.0
     if z <= 0.0:
         return 0.0
     return charge[1] * (z if charge[0] == LINEAR else z * z)
@@ -56,7 +57,7 @@ def _left(y, k, edges, paid, beyond):
         end, kind = edges.axes[k, side], edges.kinds[k, side]
         out = y < end if side == 0 else y > end
         if kind == STOP and out:
-            return True, paid + _stop_charge(abs(y), edges.stop[side]) + beyond
+            return True, paid + _stop_charge(y, edges.stop) + beyond
         if kind == NUMBER and (out or y == end):
             return True, paid + edges.extra[k, side]
     return False, paid

@@ -185,6 +185,12 @@ def not_for_axes(menu: Menu, got: str) -> TypeError:
     )
 
 
+def no_charge(menu: Menu) -> ValueError:
+    """Error of a charge of the next coordinates that is no number."""
+    name = menu.move.name
+    return ValueError(f"move {name!r}: charge of the next coordinates must be a number ($); got NaN")
+
+
 def masked(
     menu: Menu, after: tuple[Floats, ...], extra: Any, allowed: Any, shape: tuple[int, ...]
 ) -> tuple[tuple[Floats, ...], Floats]:
@@ -195,8 +201,7 @@ def masked(
     )
     charge = np.where(allowed, np.broadcast_to(extra, shape), 0.0)
     if np.any(np.isnan(charge)):  # which would never be chosen, in silence
-        name = menu.move.name
-        raise ValueError(f"move {name!r}: charge of the next coordinates must be a number ($); got NaN")
+        raise no_charge(menu)
     return inside, charge
 
 

@@ -24,7 +24,7 @@ from sdpgrind.sdp._transitions.arrival_kernels import (
     _arrived,
 )
 from sdpgrind.sdp._transitions.menu import Menu
-from sdpgrind.sdp._transitions.sampled import Sampled, not_for_axes
+from sdpgrind.sdp._transitions.sampled import Sampled, no_charge, not_for_axes
 
 _KINDS = {Constant: CONSTANT, Linear: LINEAR, Quadratic: QUADRATIC}
 
@@ -136,6 +136,8 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
             raise ValueError(
                 f"move {menu.move.name!r} must not leave an axis whose edge is 'refuse'; got {worst:g}"
             )
+        if np.any(np.isnan(out[k])):
+            raise no_charge(menu)
     return out
 
 
@@ -211,14 +213,21 @@ def _edges(menu: Menu) -> EdgeTables:
 
 
 def _sides(menu: Menu) -> Floats:
-    """Kind, amount and tolerance of the stop's charge below and above the axis."""
+    """Kind, amount and tolerance of the stop's charge below and above its target 0."""
     sides = np.zeros((2, 3))
-    if not any("stop" in (a.below, a.above) for a in menu.grid.axes):
+    axis = menu.grid.axes[menu.problem.stop_axis] if menu.grid.axes else None
+    if axis is None or "stop" not in (axis.below, axis.above):
         return sides
     charge = menu.problem.stops[0].charge
     assert isinstance(charge, Charge)
+    met = axis.below == "stop" or axis.high < 0.0, axis.above == "stop" or axis.low > 0.0
     for row, one in enumerate((charge.over, charge.under)):
         if isinstance(one, Constant | Linear | Quadratic):
             amount = {Constant: "amount", Linear: "rate", Quadratic: "factor"}[type(one)]
             sides[row] = _KINDS[type(one)], getattr(one, amount), one.tolerance
+        elif one is not None and met[row]:
+            raise ValueError(
+                f"move {menu.move.name!r}: beyond an edge 'stop' a compiled move needs a charge that is"
+                f" Constant, Linear or Quadratic (leave out compiled=True for another); got {one!r}"
+            )
     return sides
