@@ -204,7 +204,7 @@ class Roundness(FormerSpread, DeviationsAbout):
         >>> noisy = Profile(angle, 30.0 + 0.001 * np.cos(3 * angle) + noise).filter(upr=50).roundness()
         >>> told, _, found = noisy.verdict(0.0023).partition("; ")
         >>> told
-        'RONt (LSC) 2.36 µm as measured, 2.04 without the lift of noise (1.84 .. 2.20, 95 % calibrated)'
+        'RONt (LSC) 2.36 µm as measured, 2.04 without the lift of noise (1.82 .. 2.20, 95 % calibrated)'
         >>> found  # by the whole interval
         'limit 2.3 µm: accepted after the correction for noise, as measured it is above the limit'
         """
