@@ -80,7 +80,7 @@ def test_fields_are_those_of_the_classes_and_the_first_table_stands_in_the_base(
         (TABLE.replace('"STN_1"', '"my table"'), "robot.turntable.name must be a name, as of a joint; got 'my table'"),
         (TABLE.replace('"STN_1"', '"rail"') + RAIL, "names in [robot] must differ; got rail, rail"),
         (RAIL.replace('["-0.5 m", "0.5 m"]', '["0.5 m", "-0.5 m"]'), "[robot.rail] travel must be its least position"),
-        (RAIL.replace("travel", "travels"), "robot.rail.travel is missing; is robot.rail.travels meant?"),
+        (RAIL.replace("travel", "travels"), "robot.rail.travel is missing; is it meant by robot.rail.travels?"),
         (RAIL.replace("[robot.rail]", "[robot.rial]"), "robot.rial is not a key; is robot.rail meant?"),
     ],
 )  # fmt: skip
