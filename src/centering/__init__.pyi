@@ -15,7 +15,7 @@ from .circle._estimator.estimator import GeometryEstimator as GeometryEstimator
 from .circle._estimator.measuring import MeasuringController as MeasuringController
 from .circle._fit.fit import fit_circle as fit_circle
 from .cycle._control.controller import CenteringController as CenteringController
-from .cycle._control.settings import CycleSettings as CycleSettings
+from .cycle._measuring.settings import CycleSettings as CycleSettings
 from .cycle._source.controller import PrintedController as PrintedController
 from .cycle._strategy.plan import plan as plan
 from .cycle._strategy.strategy import Strategy as Strategy

@@ -4,14 +4,14 @@ from centering._problem.model import GRAVITY
 from centering.cycle._control import controller as cycle_controller
 from centering.cycle._control import next_push as cycle_next
 from centering.cycle._control.following import braking_speed
-from centering.cycle._control.form import RingFilter
-from centering.cycle._control.form_kernels import LAST, SIZE, _write_row
 from centering.cycle._control.launch import Approach, SentPush, felt_model, followed, launch, preview
 from centering.cycle._control.learning import LearnedBias, RingTravel
 from centering.cycle._control.next_push import NextPush
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.push_evidence import FeltPush
 from centering.cycle._control.table_motion import TableMotion
+from centering.cycle._measuring.form import RingFilter
+from centering.cycle._measuring.form_kernels import LAST, SIZE, _write_row
 from centering.cycle._source.planner import PrintedPlanner
 from centering.cycle._strategy.as_sdp import FRACTIONS, KindOfPush, Size, draws
 from centering.cycle._strategy.belief import FrictionScaleBelief

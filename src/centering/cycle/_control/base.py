@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 from centering._problem.problem import CenteringProblem
 from centering.cycle._control.following import Follower, FollowingGains, FollowingLimits
-from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.states import CycleState
 from centering.cycle._control.table_motion import TableMotion
+from centering.cycle._measuring.settings import CycleSettings
 from sdpgrind.base import checks
 
 Command = dict[str, Any]

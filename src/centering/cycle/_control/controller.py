@@ -12,10 +12,10 @@ from centering.cycle._control.launch import Approach
 from centering.cycle._control.learning import PartLearner
 from centering.cycle._control.next_push import ChosenPush, NextPush, PushStrategy
 from centering.cycle._control.part_view import PartView
-from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.slip_watch import SlipWatch
 from centering.cycle._control.states import CycleState
-from centering.cycle._strategy.measuring import SEEMS, push_scatter
+from centering.cycle._measuring.rotations import SEEMS, push_scatter
+from centering.cycle._measuring.settings import CycleSettings
 from centering.cycle._strategy.table_limit import TableLimit
 from centering.cycle._strategy.tip_ways import FREEZE, coasting_time, run_up, waiting_room
 from sdpgrind.base import checks

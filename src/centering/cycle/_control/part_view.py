@@ -9,9 +9,9 @@ from centering.circle._estimator import slots as at
 from centering.circle._estimator.estimator import GeometryEstimator
 from centering.circle._estimator.printed import PrintedEstimator
 from centering.circle._estimator.validity_kernels import judge
-from centering.cycle._control.form import RingFilter, RingPlace
-from centering.cycle._control.settings import CycleSettings
-from centering.cycle._strategy.measuring import FEWEST, looks
+from centering.cycle._measuring.form import RingFilter, RingPlace
+from centering.cycle._measuring.rotations import FEWEST, looks
+from centering.cycle._measuring.settings import CycleSettings
 from sdpgrind.base.checks import Floats
 
 _ANGLE = 2e-3  # rad, chosen: error of a reading's angle, 0.2 ms of skew at 10 rad/s

@@ -8,8 +8,8 @@ from centering._problem.problem import CenteringProblem
 from centering.cycle._control.base import Command, CycleBase
 from centering.cycle._control.following import FollowingGains
 from centering.cycle._control.part_view import PrintedPlace
-from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.states import CycleState
+from centering.cycle._measuring.settings import CycleSettings
 from centering.cycle._source.correction import travelled
 from centering.cycle._source.planner import PrintedPlanner
 from centering.push._plan.push import Push

@@ -5,8 +5,8 @@ from math import pi
 import numpy as np
 
 from centering._problem.problem import CenteringProblem
+from centering.cycle._measuring.rotations import final_arcs, places, push_arcs, push_scatter
 from centering.cycle._strategy.belief import FrictionScaleBelief
-from centering.cycle._strategy.measuring import final_arcs, places, push_arcs, push_scatter
 from centering.cycle._strategy.outcomes import OutcomeTable
 from centering.cycle._strategy.table_limit import SURE, TableLimit, least_friction
 from centering.cycle._strategy.timing import FIRSTS, SETTLED, CycleTiming, table_limit

@@ -6,8 +6,8 @@ import numpy as np
 
 from centering._problem.model import GRAVITY, PushModel
 from centering._problem.problem import CenteringLimits, CenteringProblem
-from centering.cycle._control.settings import CycleSettings
-from centering.cycle._strategy.measuring import FEWEST
+from centering.cycle._measuring.rotations import FEWEST
+from centering.cycle._measuring.settings import CycleSettings
 from centering.cycle._strategy.outcomes import PushKind
 from centering.push._profile.rows import retraction
 from sdpgrind.base.checks import Floats

@@ -47,7 +47,6 @@ class CycleSettings(Described):
         Time without a reading after which the part is abandoned, s.
     force_idle : float
         Greatest force without a push, N; more is a collision.
-
     force_max : float
         End of the range of the force sensor, N; greater forces are shown as this one. Default: Mears (2006).
 

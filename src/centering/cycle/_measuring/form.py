@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from centering.circle._estimator.noise_kernels import correlation
-from centering.cycle._control.form_kernels import SIZE, forget_center, lobes_at, residuals, solve
+from centering.cycle._measuring.form_kernels import SIZE, forget_center, lobes_at, residuals, solve
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 

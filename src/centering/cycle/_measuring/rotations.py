@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from centering._problem.problem import CenteringProblem, PushScatter
-from centering.cycle._control.form import RingFilter
-from centering.cycle._control.settings import CycleSettings
+from centering.cycle._measuring.form import RingFilter
+from centering.cycle._measuring.settings import CycleSettings
 from sdpgrind.base.checks import Floats
 
 FEWEST = 4  # derived: three readings fix a circle, a fourth its uncertainty
