@@ -4,7 +4,7 @@ from ._control.following import FollowingGains as FollowingGains
 from ._control.following import FollowingLimits as FollowingLimits
 from ._control.following import FollowingMap as FollowingMap
 from ._control.following import tune_following as tune_following
-from ._control.settings import CycleSettings as CycleSettings
+from ._measuring.settings import CycleSettings as CycleSettings
 from ._control.states import CycleState as CycleState
 from ._source.controller import PrintedController as PrintedController
 from ._source.correction import StrokeCorrection as StrokeCorrection
