@@ -38,9 +38,9 @@ class Stake(NamedTuple):
     reason: str = ""
 
     def change(self, believed: float) -> float:
-        """Greatest difference between the plans at both ends and that of the believed value."""
+        """Greatest difference between the plans at both ends and that of the believed value; inf: no plan."""
         found = [abs(value - believed) for value in (self.at_low, self.at_high) if np.isfinite(value)]
-        return max(found, default=np.inf)
+        return max(found, default=np.inf) if np.isfinite(believed) else np.inf
 
 
 def stakes(
