@@ -121,7 +121,7 @@ def test_stakes_are_ordered_and_say_where_no_plan_is():
     assert (found[0].at_low, found[0].at_high) == (5.0, 35.0)
     assert np.isnan(found[-1].at_high) and found[-1].reason == "c must be <= 3"
     assert Stake("a", "1", 0.5, 3.5, 9.0, 13.0).change(10.0) == 3.0  # as the page shows it
-    assert Stake("a", "1", 0.5, 3.5, 9.0, 13.0).change(np.nan) == np.inf  # no plan as believed: in the order of rows
+    assert Stake("a", "1", 0.5, 3.5, 9.0, 13.0).change(np.nan) == np.inf  # no plan: in their order
 
 
 def test_values_together_are_a_stake_of_their_own(tmp_path):
