@@ -4,8 +4,8 @@ from ._control.following import FollowingGains as FollowingGains
 from ._control.following import FollowingLimits as FollowingLimits
 from ._control.following import FollowingMap as FollowingMap
 from ._control.following import tune_following as tune_following
-from ._measuring.settings import CycleSettings as CycleSettings
 from ._control.states import CycleState as CycleState
+from ._measuring.settings import CycleSettings as CycleSettings
 from ._source.controller import PrintedController as PrintedController
 from ._source.correction import StrokeCorrection as StrokeCorrection
 from ._source.correction import travelled as travelled
