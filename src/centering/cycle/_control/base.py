@@ -70,7 +70,7 @@ class CycleBase(ABC):
         self._pushes = 0
         self._reading = float("nan")
         self._force = 0.0
-        self._seen = 0.0  # time of the last reading
+        self._rim, self._seen = self._reading, 0.0  # last reading, mm, and its time, s
         self._tip = float("nan")  # pusher tip from the axis
         self._velocity = 0.0  # of the slide, as commanded
         self._moving = 0.0
@@ -134,7 +134,7 @@ class CycleBase(ABC):
         self._tip = slide + self.settings.probe_closed
         self._reading = slide + probe
         if isfinite(self._reading):
-            self._seen = time
+            self._rim, self._seen = self._reading, time
 
     def _trouble(self, force: float, pushing: bool) -> CycleState | None:
         """Error that ends the cycle now, or None."""

@@ -28,6 +28,7 @@ _REST = 0.1  # s, chosen: in which a part comes to rest on a table that stands
 _NO_PUSH = np.zeros((0, 3))  # takes a waiting push back
 _AHEAD = 3.0  # derived: samples until a push that is sent; the acceleration stays meanwhile
 _MISSED = 2.0  # chosen: samples after which the machine has not begun a push: it will not
+_BLIND = 1.5  # derived: samples without a reading after which the part may be gone; one may be dust
 _STOPPED = 0.5  # mm/s, chosen: commanded speed of a slide that counts as waiting
 _WELL = 3.0  # chosen: standard deviations of a push's direction
 _NEARER = 0.05  # chosen: mm by which the slide may wait further out than it need
@@ -150,12 +151,23 @@ class CenteringController(CycleBase):
                 self._state = CycleState.COLLECT
         if self._state is CycleState.WAIT:
             return {}
-        if not isfinite(self._reading) and view.samples:  # nobody knows where the part is
+        missing = not isfinite(self._reading) and view.samples > 0
+        if missing and (self._blind or not self._due):  # nobody knows where the part is
             return self._stand_off(self._expected) | self._turn_at(self._table.speed)
         if view.known:
             self._expected = view.offset
             return self._decide()
         return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
+
+    @property
+    def _blind(self) -> bool:
+        """Whether more than one reading in a row is missing."""
+        return self._table.time - self._seen > _BLIND * self.period
+
+    @property
+    def _due(self) -> bool:
+        """Whether a push starts so soon that slide and table keep their speed."""
+        return self._table.time_to(self._coming.trigger) <= FREEZE * self.period
 
     def _leaves(self) -> bool:
         """Whether the part leaves the place at which it was known to lie."""
@@ -221,9 +233,9 @@ class CenteringController(CycleBase):
         """Waiting place of the tip: outside the furthest rim and that seen now, within the probe's reach."""
         room = self._room()
         furthest = self._view.radius + offset + room
-        if isfinite(self._reading):
-            reach = self._reading + 0.9 * self.settings.probe_reach
-            furthest = min(max(furthest, self._reading + room), reach)
+        if not self._blind and isfinite(self._rim):
+            reach = self._rim + 0.9 * self.settings.probe_reach
+            furthest = min(max(furthest, self._rim + room), reach)
         if 0.0 <= self._tip - furthest <= _NEARER * self.settings.margin and abs(self._velocity) < _STOPPED:
             return self._stand_still()
         return self._stand_at(furthest + 0.5 * _NEARER * self.settings.margin)

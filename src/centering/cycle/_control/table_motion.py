@@ -65,8 +65,6 @@ class TableMotion:
         ----------
         angle : float
             Angle, rad, turns counted.
-        steady : float
-            Time before that in which the table keeps its speed, s.
         """
         way = max(angle - self.angle, 0.0)
         if self.set_point >= self.speed:
