@@ -12,6 +12,7 @@ from centering.cycle._control.push_evidence import FeltPush
 from centering.cycle._control.table_motion import TableMotion
 from centering.cycle._measuring.form import RingFilter
 from centering.cycle._measuring.form_kernels import LAST, SIZE, _write_row
+from centering.cycle._measuring.rotations import places
 from centering.cycle._source.planner import PrintedPlanner
 from centering.cycle._strategy.as_sdp import FRACTIONS, KindOfPush, Size, draws
 from centering.cycle._strategy.belief import FrictionScaleBelief
@@ -90,6 +91,7 @@ __all__ = [
     "lower_end",
     "moments",
     "optimal",
+    "places",
     "prepared",
     "preview",
     "prior",

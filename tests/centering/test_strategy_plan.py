@@ -16,6 +16,7 @@ from push_inside import (
     FrictionScaleBelief,
     KindOfPush,
     Size,
+    places,
     prepared,
     solved,
     table_speeds,
@@ -33,6 +34,13 @@ matplotlib.use("Agg")
 HEAVY = preset("printed")
 LIGHT = HEAVY.replace(mass=0.8)
 FEW = (PushKind("trapezoid", 5.0, True), PushKind("gentle", 40.0, True), PushKind("trapezoid", 83.0, True))
+
+
+def test_a_table_that_creeps_has_no_more_readings_than_tell():
+    """On the first 1.5 turns at 1e-5 rad/s there would be 94 million."""
+    (place,) = places(HEAVY, 1e-5, 30.0, 3.0, 0)
+    (usual,) = places(HEAVY, 10.0, 30.0, 3.0, 0)
+    assert place.arc.size < 600 and place.sd[-1] <= usual.sd[-1]
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,7 @@
 """Rotations of the table in measurements by the filter of the controller: before a push, and at the end."""
 
 from copy import deepcopy
-from math import pi
+from math import ceil, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ _BETWEEN = pi  # rad, derived: mean rotation from a push to the next, whose dire
 _LONGEST = 2.0 * pi * USUAL.turns_in_doubt  # rad, derived: then a part in doubt is pushed
 _EVERY = 4  # chosen: readings between two looks at what they say, once there are many
 _MANY = 12  # chosen: readings below which each is looked at; fewer delay the first answer, more cost time
+_MOST = 2000  # chosen: readings of a place; more take long, and tell hardly more
 _ENDS = 9  # chosen: offsets of a centred part in a table
 
 
@@ -96,14 +97,21 @@ def places(
     noise = max(problem.scatter.measuring_sd, USUAL.noise_sd)
     radius, prior = problem.model.part.radius, (USUAL.radius_sd, USUAL.form_sd)
     ring = RingFilter(radius, *prior, noise, USUAL.angle_sd, USUAL.tip_radius)
-    even = np.arange(0.0, _LONGEST, speed * problem.limits.sample_time)
-    run_up = np.asarray(0.5 * rate * (problem.limits.sample_time * np.arange(even.size)) ** 2)
+    sample = problem.limits.sample_time
+    count, to_run_up = ceil(_LONGEST / (speed * sample)), ceil(sqrt(2.0 * _LONGEST / rate) / sample) + 1
+    even = speed * sample * _thinned(count)
+    run_up = 0.5 * rate * (sample * _thinned(min(count, to_run_up))) ** 2
     found = []
     for n in range(pushes + 1):
         arcs, ends = (run_up, first) if n == 0 else (even, _BETWEEN)
         place, ring = _place(ring, n * _BETWEEN + arcs[arcs <= _LONGEST], ends, radius, noise)
         found.append(place)
     return found
+
+
+def _thinned(count: int) -> Floats:
+    """Numbers of so many readings, of which each n-th is taken."""
+    return np.arange(0.0, count, ceil(count / _MOST))
 
 
 def _place(
