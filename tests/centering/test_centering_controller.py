@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from cycle_twins import PlainStrategy
 from push_inside import cycle_next, fingerprint, launch, preview
+from strategy_twins import quick_strategy
 
 import hwsim
 from centering import CenteringController, CycleSettings, preset
 from centering.cycle import CycleState
+from centering.push import Part
 from hwsim import CenteringMachine
 
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
@@ -26,6 +28,20 @@ def test_every_part_is_centred_and_said_to_be_so(log):
     assert np.all(log.outcome.finished == 1) and np.all(log.outcome.offset <= PROBLEM.tolerance)
     assert log.outcome.time.max() < 4.0 and log.outcome.pushes.max() <= 4
     assert log.outcome.slipped.sum() == 0 and log.outcome.collisions.sum() == 0
+
+
+def test_a_cycle_takes_the_time_that_was_planned():
+    """A heavy ring on a slow table: 3.7 s were planned and 4.8 s taken, when measurements had a fixed arc."""
+    slow = {"spindle_acceleration_max": 1.0, "acceleration_max": 500.0, "tolerance": 0.02}
+    soft = {"contact_stiffness": 3e4, "contact_damping": 30.0}
+    problem = preset("printed").replace(part=Part(400.0, 400.0), **slow, **soft)
+    strategy = quick_strategy(problem)
+    outcome = hwsim.run(CenteringMachine(problem), CenteringController(strategy), parts=24, rng=1).outcome
+    starts = np.hypot(outcome.center_x.values[:, 0], outcome.center_y.values[:, 0])
+    late = outcome.time.values - [strategy.cycle_time(min(start, problem.offset_max)) for start in starts]
+    assert outcome.finished.all()
+    error = 3 * late.std(ddof=1) / np.sqrt(late.size)  # 0.4 s
+    assert abs(late.mean()) < error + 0.05 * outcome.time.mean()  # readings that scatter are not planned: 5 %
 
 
 def test_pushes_are_planned_in_full_only_when_they_are_soon_due(monkeypatch):

@@ -15,7 +15,7 @@ from hwsim import CenteringMachine, Ring
 PROBLEM = preset("printed").replace(mass=0.8, radius=44.45)
 STILL = PROBLEM.scatter.replace(friction_part_sd=0.0, friction_push_sd=0.0)
 
-SEEN = [(0.27, 0, 5), (0.22, 0, 5), (0.27, 3, 5)]  # factor of friction, dropped readings, thrown parts seen
+SEEN = [(0.27, 5), (0.22, 5)]  # factor of friction, thrown parts seen
 
 
 def followed(friction, offset=8.0, seed=2, every=0, time_max=8.0):
@@ -45,15 +45,20 @@ def test_a_thrown_part_begins_again_on_a_slower_table():
     assert outcome["finished"] == 1.0 and outcome["collisions"] == 0.0
 
 
-@pytest.mark.parametrize(("friction", "every", "least"), SEEN)
-def test_the_share_of_thrown_parts_that_is_seen(friction, every, least):
-    """Of the parts 2 to 8; a slip that a push follows at once is mended, not seen; the tip hits none."""
-    runs = [followed(friction, seed=seed, every=every, time_max=2.0) for seed in range(2, 9)]
-    slipped = [(states, outcome) for states, _, outcome in runs if outcome["slipped"]]
-    mended = [outcome["pushes"] > 0 and outcome["offset"] < 0.5 for _, outcome in slipped]
-    seen = [CycleState.REFOLLOW in states for states, _ in slipped]
-    assert sum(np.logical_or(seen, mended)) >= least
+@pytest.mark.parametrize(("friction", "least"), SEEN)
+def test_the_share_of_thrown_parts_that_is_seen(friction, least):
+    """Of the parts 2 to 8; a slip that a push follows at once is not seen; the tip hits none."""
+    runs = [followed(friction, seed=seed, time_max=2.0) for seed in range(2, 9)]
+    slipped = [states for states, _, outcome in runs if outcome["slipped"]]
+    assert sum(CycleState.REFOLLOW in states for states in slipped) >= least
     assert len(slipped) >= 6 and sum(outcome["collisions"] for *_, outcome in runs) == 0.0
+
+
+def test_a_slip_that_is_not_seen_is_mended_by_the_pushes():
+    """With each third reading lost pushes come before two readings tell of a slip: 4 of 7 parts finished."""
+    outcomes = [followed(0.27, seed=seed, every=3)[2] for seed in range(2, 9)]
+    assert sum(outcome["slipped"] for outcome in outcomes) >= 5
+    assert all(outcome["finished"] and not outcome["collisions"] for outcome in outcomes)
 
 
 def test_lobes_of_a_ring_at_rest_are_no_throw():
