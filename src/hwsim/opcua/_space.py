@@ -54,7 +54,7 @@ class _Nodes(dict[ua.NodeId, NodeData]):
     def __getitem__(self, key: ua.NodeId) -> NodeData:
         node = super().__getitem__(key)
         if isinstance(node, _Shared):
-            node = self[key] = _copied(node, NodeData)
+            node = self[key] = _copied(node)
         return node
 
     def get(self, key: ua.NodeId, default: Any = None) -> Any:
@@ -75,7 +75,7 @@ class StandardNodes(InternalServer):  # type: ignore[misc]  # asyncua is not fol
             try:
                 await super().load_standard_address_space(shelf_file)
                 keys = self.aspace.keys()
-                _standard.update({key: _copied(self.aspace[key], _Shared) for key in keys})
+                _standard.update({key: _shared(self.aspace[key]) for key in keys})
             finally:
                 (gc.enable if collecting else gc.disable)()
         self.aspace._nodes = _Nodes(_standard)  # as asyncua does with a shelf, from which it reads on demand
@@ -86,9 +86,16 @@ class StandardNodes(InternalServer):  # type: ignore[misc]  # asyncua is not fol
         self.aspace.clear()
 
 
-def _copied(node: NodeData, kind: type[NodeData]) -> NodeData:
+def _shared(node: NodeData) -> _Shared:
+    """The node itself, as one of all servers."""
+    shared = _Shared(node.nodeid)
+    shared.attributes, shared.references, shared.call = node.attributes, node.references, node.call
+    return shared
+
+
+def _copied(node: NodeData) -> NodeData:
     """A node with attributes and references of its own; their values are never changed in place."""
-    copied = kind(node.nodeid)
+    copied = NodeData(node.nodeid)
     copied.attributes = {name: AttributeValue(each.value) for name, each in node.attributes.items()}
     copied.references, copied.call = list(node.references), node.call
     return copied
