@@ -20,6 +20,7 @@ from hwsim.cli import main
 from sdpgrind import units
 from sdpgrind.base.progress import silent
 
+pytestmark = pytest.mark.usefixtures("sketched")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "centering.toml"
 KEPT = ["film.png", "run.db", "run.nc", "run.png", "strategy.nc", "strategy.png"]
 KINDS = tuple(PushKind("trapezoid", speed, True) for speed in (5.0, 20.0, 80.0))
@@ -114,6 +115,7 @@ def test_keeps_strategy_log_journal_and_pictures(job, strategy, finished):
     assert sdpgrind.load(finished / "strategy.nc") == strategy
 
 
+@pytest.mark.usefixtures("drawn")
 def test_every_picture_of_its_page_is_drawn(finished):
     """All parts, plan."""
     assert pictures_of_page(finished, "strategy.nc") == 2
