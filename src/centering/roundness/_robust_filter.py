@@ -25,7 +25,7 @@ def robust_gaussian(values: Floats, cut_off: float, sweeps: int | None = None) -
     """
     window = _window(values.size, cut_off)
     scale = float(np.ptp(values))
-    now = _fitted(values, np.ones_like(values), window, values)
+    now = _fitted(values, np.ones_like(values), window, values.copy())  # writable, as those that follow
     for _ in range(_MOST if sweeps is None else sweeps):
         residual = values - now
         bound = _BOUND * _median(np.abs(residual))
@@ -52,7 +52,7 @@ def _window(size: int, cut_off: float) -> Complex:
 
 
 def _median(sizes: Floats) -> float:
-    """`numpy.median` of finite values to the bit, in a fifth of its time for 360 values; they are put in order."""
+    """`numpy.median` of finite values to the bit, in a fifth of its time for 360; they are put in order."""
     high = sizes.size // 2
     low = high - 1 + sizes.size % 2
     sizes.partition((low, high))
