@@ -106,7 +106,7 @@ class CycleTiming(Frozen):
         return float(time[0]), float(speed[0])
 
     def first_speeds(self, offset: float, phase: float) -> Floats:
-        """Return the speeds (rad/s) of the run-up until the `first_push` of an `offset` (mm), `phase` (rad)."""
+        """Return speeds (rad/s) of the run-up to the `first_push`, of an offset (mm) and a phase (rad)."""
         speeds, _, turned = way = self._run_up(offset)
         return np.asarray(speeds[turned <= self._first_pushes(offset, np.array([phase]), way)[2]])
 
