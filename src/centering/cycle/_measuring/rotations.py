@@ -95,8 +95,8 @@ def places(
     """Return errors after 0 to `pushes` pushes; radius and form become known from place to place.
 
     The table runs up at a rate (rad/s^2) by `first` (rad) until the first push, then turns at a speed, rad/s.
-    Kept for further plans of a problem, and for those read from files: each asks eight times, for 0.2 s of CPU
-    time in all (measured).
+    Kept for further plans of a problem, and for those from files: each asks eight times, which takes 0.2 s of
+    CPU time (measured).
     """
     noise = max(problem.scatter.measuring_sd, USUAL.noise_sd)
     radius, prior = problem.model.part.radius, (USUAL.radius_sd, USUAL.form_sd)
