@@ -69,7 +69,7 @@ class CycleTiming(Frozen):
 
     @cached_property
     def limit(self) -> TableLimit:
-        """Limit of the table before a push has shown the friction of a part."""
+        """Speeds (rad/s) and rates (rad/s^2) that hold a part before a push has shown its friction."""
         return table_limit(self.problem)
 
     @cached_property
