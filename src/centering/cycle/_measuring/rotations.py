@@ -92,24 +92,32 @@ def places(
 ) -> list[PlaceErrors]:
     """Return errors after 0 to `pushes` pushes; radius and form become known from place to place.
 
-    The table runs up at a rate (rad/s^2) by `first` (rad) until the first push, then turns at a speed, rad/s.
+    The table runs up at a rate (rad/s^2) to a speed (rad/s); it turns by `first` (rad) until the first push.
     """
     noise = max(problem.scatter.measuring_sd, USUAL.noise_sd)
     radius, prior = problem.model.part.radius, (USUAL.radius_sd, USUAL.form_sd)
     ring = RingFilter(radius, *prior, noise, USUAL.angle_sd, USUAL.tip_radius)
     sample = problem.limits.sample_time
-    count, to_run_up = ceil(_LONGEST / (speed * sample)), ceil(sqrt(2.0 * _LONGEST / rate) / sample) + 1
-    even = speed * sample * _thinned(count)
-    run_up = 0.5 * rate * (sample * _thinned(min(count, to_run_up))) ** 2
+    even = speed * sample * _thinned(_LONGEST / (speed * sample))
+    run_up = _run_up(speed, rate, sample)
     found = []
     for n in range(pushes + 1):
         arcs, ends = (run_up, first) if n == 0 else (even, _BETWEEN)
-        place, ring = _place(ring, n * _BETWEEN + arcs[arcs <= _LONGEST], ends, radius, noise)
+        place, ring = _place(ring, n * _BETWEEN + arcs, ends, radius, noise)
         found.append(place)
     return found
 
 
-def _thinned(count: int) -> Floats:
+def _run_up(speed: float, rate: float, sample: float) -> Floats:
+    """Angles (rad) of readings while a table runs up from rest at a rate (rad/s^2) to a speed (rad/s)."""
+    ramp = speed / rate
+    reached = _LONGEST > 0.5 * speed * ramp
+    until = 0.5 * ramp + _LONGEST / speed if reached else sqrt(2.0 * _LONGEST / rate)
+    times = sample * _thinned(until / sample)
+    return np.where(times < ramp, 0.5 * rate * times**2, speed * (times - 0.5 * ramp))
+
+
+def _thinned(count: float) -> Floats:
     """Numbers of so many readings, of which each n-th is taken."""
     return np.arange(0.0, count, ceil(count / _MOST))
 
