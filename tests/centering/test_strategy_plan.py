@@ -46,7 +46,7 @@ def test_a_table_that_creeps_has_no_more_readings_than_tell():
 
 def test_a_table_that_runs_up_gets_no_faster_than_it_may():
     """Four readings lie between two looks."""
-    speed, sample = 0.5, HEAVY.limits.sample_time
+    speed, sample = 1.0, HEAVY.limits.sample_time
     (place,) = places(HEAVY, speed, 10.0, 3.0, 0)
     assert np.diff(place.arc[12:]) == pytest.approx(4 * speed * sample)
 
