@@ -113,6 +113,7 @@ def test_value_is_that_of_plain_value_iteration(ground, most):
     strategy = solved(ground, None, silent)
     value = strategy.dataset["value"].values.reshape(min(SETTLED, most - 1) + 1, -1)
     np.testing.assert_allclose(value, by_hand(ground), rtol=1e-10)
+    assert len(strategy.plot().axes) == 5
 
 
 def test_any_executor_gives_the_same_bits():
