@@ -105,14 +105,14 @@ def places(
     found, offset = [], _USUAL_START * problem.offset_max
     for n in range(pushes + 1):
         arcs, ends = (run_up, first) if n == 0 else (even, _BETWEEN)
-        readings = _Readings.of(n * _BETWEEN + arcs, offset, radius, noise)
+        readings = _PlaceReadings.of(n * _BETWEEN + arcs, offset, radius, noise)
         place, ring = _place(ring, readings, ends)
         found.append(place)
         offset = float(push_scatter(problem.scatter, offset))
     return found
 
 
-class _Readings(NamedTuple):
+class _PlaceReadings(NamedTuple):
     """Readings of a place: angles (rad), rims (mm), and the centre (mm)."""
 
     angle: Floats
@@ -120,7 +120,7 @@ class _Readings(NamedTuple):
     center: tuple[float, float]
 
     @classmethod
-    def of(cls, angle: Floats, offset: float, radius: float, noise: float) -> "_Readings":
+    def of(cls, angle: Floats, offset: float, radius: float, noise: float) -> "_PlaceReadings":
         """Readings of a part at an offset (mm), whose errors alternate; those of the angle are among them."""
         direction = angle[0] + _ASIDE
         along, across = offset * np.cos(angle - direction), offset * np.sin(angle - direction)
@@ -145,7 +145,7 @@ def _thinned(count: float) -> Floats:
     return np.arange(0.0, count, ceil(count / _MOST))
 
 
-def _place(ring: RingFilter, readings: _Readings, ends: float) -> tuple[PlaceErrors, RingFilter]:
+def _place(ring: RingFilter, readings: _PlaceReadings, ends: float) -> tuple[PlaceErrors, RingFilter]:
     """Errors of one place by its readings, and the filter moved where a rotation ends."""
     angles, looked, rows, later = readings.angle, 0, [], ring
     last = int(np.searchsorted(angles, angles[0] + ends))
