@@ -51,7 +51,8 @@ class CycleTiming(Frozen):
         Times from the turning point of the tip, by kind of push, s: until the table changes its speed, the
         first reading of a part at rest, the first decision; and time of the fewest readings.
     rate : array, (P, N)
-        Acceleration of the table after a push, by the number of pushes before, rad/s^2.
+        Acceleration of the table after a push, by the number of pushes before, rad/s^2: what a push shows of
+        friction is known only once the part is measured again.
     """
 
     problem: CenteringProblem
@@ -80,7 +81,7 @@ class CycleTiming(Frozen):
         found, held = [np.array(first)], float(np.median(self.after[:, 0]))
         came = np.array([[self._at(row, 0.5 * self.problem.offset_max)] for row in found[0]])
         begun = np.minimum(found[0], came)
-        for rates in self.rate[1:]:
+        for rates in self.rate[:-1]:
             begun = np.array([_mean_reached(row, self.speeds, rates, held, self.lead) for row in begun])
             found.append(begun)
         return np.array(found)
@@ -89,7 +90,7 @@ class CycleTiming(Frozen):
         """Return the times of a kind of push after `pushes` for `all_draws` (s, rad, rad/s, rad/s^2)."""
         seen, then = min(pushes, SETTLED), min(pushes + 1, SETTLED)
         tip = tuple(self.after[kind].tolist())
-        turned = self.arc[then], self.final_arc[then], self.before[seen], self.rate[then]
+        turned = self.arc[then], self.final_arc[then], self.before[seen], self.rate[seen]
         return tip, self.lead + LATEST * self._sample, self.lead, *turned
 
     def start_time(self, offset: float) -> float:
