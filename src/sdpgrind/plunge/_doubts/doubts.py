@@ -86,10 +86,11 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
             alignment_sentence(aligned.alignment, reader.commands_at, NAME, aligned.time_constants, UNIT)
         ]
         sentences += of_readings(usable, aligned.fit, deflected if by_model else None)
-        sentences += of_models(usable, aligned.fit, deflected)
         sentences += against_the_problem(problem, usable, figure)
-        sentences += _into_the_plan(problem, lag, sharp is not problem)
-        sentences += experiments.sentences(usable, aligned, tau)
+        if not aligned.alignment.sure or aligned.alignment.preferred == reader.commands_at:
+            sentences += of_models(usable, aligned.fit, deflected)
+            sentences += _into_the_plan(problem, lag, sharp is not problem)
+            sentences += experiments.sentences(usable, aligned, tau)
     return Doubts(
         _subject(each), (*model, *reader.rows), sentences, aligned and aligned.alignment, figure, stakes
     )
