@@ -107,6 +107,19 @@ def test_what_is_not_determined_is_named():
         locus.identify(one, ("width", "u0"), problem=GRINDING)
 
 
+def test_a_value_that_noise_alone_takes_beyond_its_range(monkeypatch):
+    """The pressure is 7.55 N/mm^2, its standard deviation some 7: no sign of bad readings or units."""
+    both = ("pressure", "curvature_pressure")
+    found = locus.identify(cuts(seed=4), both, problem=GRINDING, throw=False)
+    assert found.value[0] < 0 < found.interval()[0, 1] and found.status is Status.UNDETERMINED
+    assert "pressure = -1.2 N/mm^2, -16 N/mm^2 to 13 N/mm^2 at 95 %: noise takes it bey" in found.message
+    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows, pairs: (None, (), {}))
+    dull = cuts(seed=4, model=GRINDING.model.replace(curvature_pressure=2.6e6))
+    assert "noise takes it" in GRINDING.doubts(dull)["pressure"].note
+    soft = cuts(noise=1.0, model=GRINDING.model.replace(ploughing_force=0.5))
+    assert locus.identify(soft, "pressure", problem=GRINDING, throw=False).status is Status.IMPOSSIBLE
+
+
 def test_a_law_that_the_power_does_not_follow():
     """Two values are off: the best with one of them is 2 % off its own truth, and 60 of its sd."""
     data = cuts(noise=2.0, model=GRINDING.model.replace(specific_energy=11.5, curvature_pressure=3.6e6))

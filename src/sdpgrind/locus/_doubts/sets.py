@@ -44,7 +44,12 @@ class FieldRow(NamedTuple):
     @property
     def moves(self) -> bool:
         """Whether the responses depend on the field."""
-        return self.estimate is not None and self.estimate.status is not Status.UNDETERMINED
+        return self.estimate is not None and not unmoved(self.estimate)
+
+
+def unmoved(estimate: Estimate) -> bool:
+    """Whether the responses do not depend on the values, or on others alike."""
+    return bool(np.all(np.isinf(estimate.sd)))
 
 
 def explaining(
@@ -87,7 +92,7 @@ def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -
         found = holding[0] if holding else identified((*names, row.name))
     except ValueError:  # too few readings for one value more
         return each
-    if found.status is Status.UNDETERMINED:
+    if unmoved(found):
         return FieldRow(row._replace(note=f"in these readings it acts like {listed(names)}"))
     return FieldRow(
         compared(found, row.name, float(row.believed), note=f"{listed(names)} fitted along"), found
