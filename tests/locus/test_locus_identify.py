@@ -116,7 +116,8 @@ def test_a_value_that_noise_alone_takes_beyond_its_range(monkeypatch):
     monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows, pairs: (None, (), {}))
     dull = cuts(seed=4, model=GRINDING.model.replace(curvature_pressure=2.6e6))
     assert "noise takes it" in GRINDING.doubts(dull)["pressure"].note
-    soft = cuts(noise=1.0, model=GRINDING.model.replace(ploughing_force=0.5))
+    soft, more = cuts(noise=0.0), cuts(noise=0.0, model=GRINDING.model.replace(pressure=60.0))
+    soft["grinding_power"] = 2 * soft["grinding_power"] - more["grinding_power"]  # a pressure of -44.9
     assert locus.identify(soft, "pressure", problem=GRINDING, throw=False).status is Status.IMPOSSIBLE
 
 
@@ -134,6 +135,24 @@ def test_a_law_that_the_power_does_not_follow():
     with pytest.raises(ValueError, match="estimate must have succeeded; got 'does not fit"):
         GRINDING.updated(one)
     assert locus.identify(data, BOTH, problem=GRINDING).message == "grinding_power from 60 rows"
+
+
+def test_a_gauge_that_lags_is_told_as_that():
+    """Six levels of ten readings, half of each change in the next one: a surface took the rest for noise."""
+    level = np.repeat([0, 1, 2, 3, 4, 5], 10)
+    read = {
+        "time": 0.2 * np.arange(60),
+        "infeed_rate": np.array([0.02, 0.01, 0.015, 0.006, 0.018, 0.012])[level],
+        "work_rotation": np.array([10.0, 10.0, 16.0, 16.0, 12.0, 12.0])[level],
+        "wear_flat_area": np.linspace(0.005, 0.0085, 60),
+    }
+    power = GRINDING.model.replace(specific_energy=12.0).grinding_power(*list(read.values())[1:])
+    read["grinding_power"] = power.copy()
+    for k in range(1, 60):
+        read["grinding_power"][k] = (power[k] + read["grinding_power"][k - 1]) / 2
+    read["grinding_power"] += 8.0 * np.random.default_rng(2).standard_normal(60)
+    found = locus.identify(read, "specific_energy", problem=GRINDING, throw=False)
+    assert found.status is Status.MISFIT and "follows changes late, as after a filter: leave" in found.message
 
 
 def test_a_gauge_that_rounds_fits():

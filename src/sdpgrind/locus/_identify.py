@@ -319,16 +319,14 @@ def _judged(found: idf.Estimate, fit: _ResponseFit, problem: Problem) -> idf.Est
 
 def _failed(found: idf.Estimate, fit: _ResponseFit, problem: Problem) -> tuple[idf.Status, str] | None:
     """Status and reason of a fit that is no estimate; None: it is one."""
-    noise = ""
+    if wrong := _misfit(found.value, fit, problem):
+        return idf.Status.MISFIT, wrong
     try:
         problem.updated(found)
     except ValueError as error:
         noise = _by_noise(found, problem)
-        if not noise:
-            return idf.Status.IMPOSSIBLE, str(error)
-    if wrong := _misfit(found.value, fit, problem):
-        return idf.Status.MISFIT, wrong
-    return (idf.Status.UNDETERMINED, noise) if noise else None
+        return (idf.Status.UNDETERMINED, noise) if noise else (idf.Status.IMPOSSIBLE, str(error))
+    return None
 
 
 def _by_noise(found: idf.Estimate, problem: Problem) -> str:
