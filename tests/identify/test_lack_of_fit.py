@@ -8,6 +8,14 @@ from sdpgrind.base import serial
 from sdpgrind.base.lack_of_fit import rest
 
 
+def coloured(white, correlation=0.8):
+    """Noise of first order of one series, by its recursion."""
+    found = white * (1 - correlation**2) ** 0.5
+    for k in range(1, white.size):
+        found[k] += correlation * found[k - 1]
+    return found
+
+
 def test_white_noise_is_the_test_of_text_books():
     """A line through 40 readings, against the parabola: Fisher's F of 1 and 37."""
     rng, x = np.random.default_rng(4), np.linspace(0.0, 1.0, 40)
@@ -47,10 +55,10 @@ def test_a_gauge_that_lags_is_no_noise():
         np.random.default_rng(6),
         serial.gaps(None, 200),
     )
-    lagging = level - serial.coloured(np.diff(level, prepend=3.0), 0.8, apart)
-    np.testing.assert_allclose(lagging[41:43], [1.0 + 2.0 * 0.8, 1.0 + 2.0 * 0.64])  # it is coloured, too
+    lagging = level - coloured(np.diff(level, prepend=3.0)) / 0.6
+    np.testing.assert_allclose(lagging[41:43], [1.0 + 2.0 * 0.8, 1.0 + 2.0 * 0.64])
     for read, late in ((lagging, True), (level, False)):
-        off = read - level + 0.1 * serial.coloured(rng.standard_normal(200), 0.8, apart)
+        off = read - level + 0.1 * coloured(rng.standard_normal(200))
         slopes, inputs = level[:, None], level[None]
         assert rest(off, slopes, inputs, apart, 0.0).fits
         found = rest(off, slopes, inputs, apart, 0.0, level)

@@ -1,5 +1,7 @@
 """Doubts about the model of a locus: one field at a time, and the least cost at both ends."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -94,6 +96,19 @@ def test_a_pair_where_no_value_alone_explains_the_power():
         assert '(locus.identify(log, ("specific_energy", "curvature_pressure"), problem=problem))' in said
         assert "all others as believed" not in said
     assert held >= 6
+
+
+def test_a_pair_where_a_surface_refuses_no_value_alone(monkeypatch):
+    """Thirty rows with much noise: the curvature alone fits, at 2.55e6 +- 0.01e6, yet the energy differs."""
+    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows, pairs: (None, (), {}))
+    true = PROBLEM.model.replace(specific_energy=12.0, curvature_pressure=2.7e6)
+    read = {k: each[::4] for k, each in stretch(true.grinding_power, 0, sd=5.0, alike=0.0).items()}
+    assert locus.identify(read, "curvature_pressure", problem=PROBLEM).ok
+    doubts = PROBLEM.doubts(read)
+    assert doubts["curvature_pressure"].low < 2.7e6 < doubts["curvature_pressure"].high
+    said = " ".join(doubts.sentences)
+    assert re.search(r"with curvature_pressure, the best, an sd of [5-8]\.\d W is left\. specific_e", said)
+    assert "specific_energy and curvature_pressure together do (sd of the rest" in said
 
 
 def test_a_law_that_no_pair_follows():

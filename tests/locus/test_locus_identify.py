@@ -107,6 +107,20 @@ def test_what_is_not_determined_is_named():
         locus.identify(one, ("width", "u0"), problem=GRINDING)
 
 
+def test_a_value_that_noise_alone_takes_beyond_its_range(monkeypatch):
+    """The pressure is 7.55 N/mm^2, its standard deviation some 7: no sign of bad readings or units."""
+    both = ("pressure", "curvature_pressure")
+    found = locus.identify(cuts(seed=4), both, problem=GRINDING, throw=False)
+    assert found.value[0] < 0 < found.interval()[0, 1] and found.status is Status.UNDETERMINED
+    assert "pressure = -1.2 N/mm^2, -16 N/mm^2 to 13 N/mm^2 at 95 %: noise takes it bey" in found.message
+    monkeypatch.setattr("sdpgrind.locus._doubts.cost.of_plan", lambda problem, rows, pairs: (None, (), {}))
+    dull = cuts(seed=4, model=GRINDING.model.replace(curvature_pressure=2.6e6))
+    assert "noise takes it" in GRINDING.doubts(dull)["pressure"].note
+    soft, more = cuts(noise=0.0), cuts(noise=0.0, model=GRINDING.model.replace(pressure=60.0))
+    soft["grinding_power"] = 2 * soft["grinding_power"] - more["grinding_power"]  # a pressure of -44.9
+    assert locus.identify(soft, "pressure", problem=GRINDING, throw=False).status is Status.IMPOSSIBLE
+
+
 def test_a_law_that_the_power_does_not_follow():
     """Two values are off: the best with one of them is 2 % off its own truth, and 60 of its sd."""
     data = cuts(noise=2.0, model=GRINDING.model.replace(specific_energy=11.5, curvature_pressure=3.6e6))
@@ -121,6 +135,24 @@ def test_a_law_that_the_power_does_not_follow():
     with pytest.raises(ValueError, match="estimate must have succeeded; got 'does not fit"):
         GRINDING.updated(one)
     assert locus.identify(data, BOTH, problem=GRINDING).message == "grinding_power from 60 rows"
+
+
+def test_a_gauge_that_lags_is_told_as_that():
+    """Six levels of ten readings, half of each change in the next one: a surface took the rest for noise."""
+    level = np.repeat([0, 1, 2, 3, 4, 5], 10)
+    read = {
+        "time": 0.2 * np.arange(60),
+        "infeed_rate": np.array([0.02, 0.01, 0.015, 0.006, 0.018, 0.012])[level],
+        "work_rotation": np.array([10.0, 10.0, 16.0, 16.0, 12.0, 12.0])[level],
+        "wear_flat_area": np.linspace(0.005, 0.0085, 60),
+    }
+    power = GRINDING.model.replace(specific_energy=12.0).grinding_power(*list(read.values())[1:])
+    read["grinding_power"] = power.copy()
+    for k in range(1, 60):
+        read["grinding_power"][k] = (power[k] + read["grinding_power"][k - 1]) / 2
+    read["grinding_power"] += 8.0 * np.random.default_rng(2).standard_normal(60)
+    found = locus.identify(read, "specific_energy", problem=GRINDING, throw=False)
+    assert found.status is Status.MISFIT and "follows changes late, as after a filter: leave" in found.message
 
 
 def test_a_gauge_that_rounds_fits():

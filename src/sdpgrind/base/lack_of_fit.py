@@ -14,7 +14,8 @@ _WORSE = (
 )
 _ALIKE = 1e-6  # chosen: singular value of unit columns, over the greatest; less is rounding
 _WIDER = 2.0  # derived: standard errors of the correlation at the ends of its 95 % interval
-_EACH = 3  # chosen: readings for each term of a surface of second order; of fewer one of first order
+_EACH = 3  # chosen: readings for each term; of fewer a surface of first order, and fewer changes
+_SCALES = (1, 2, 4, 8)  # chosen: readings over which the response changes; lags of 0.3 to 10 of them show
 _SPARE = 3  # derived: readings beyond all terms, for the variance and the correlation of the noise
 _ROUNDS = 2  # chosen: fits with a new correlation, as of every fit with noise of first order
 
@@ -55,8 +56,8 @@ def rest(
     of first order, with the correlation that it has about the surface, at both ends of its 95 % interval: too
     small a correlation makes the noise a slow change of the inputs, too great a one a fast change.
 
-    A gauge of first order lags, by as much as it makes its noise resemble: -rho (f_k - f_k-1) is then in each
-    residual e_k - rho e_k-1. Changes of the response f are a term of their own therefore.
+    A gauge that lags leaves what the response f was some readings ago: sum_j w_j (f_k - f_k-j). Changes of f
+    over 1, 2, 4 and 8 readings are terms of their own therefore, whatever the noise is.
 
     Parameters
     ----------
@@ -75,41 +76,38 @@ def rest(
     """
     own, both = _unit(slopes), np.hstack([_unit(slopes), _surface(inputs)])
     changes = np.zeros((residual.size, 0)) if response is None else _changes(response, apart)
-    terms = _rank(np.hstack([both, changes]))
+    every = np.hstack([both, changes[:, : max(residual.size // _EACH - both.shape[1], 1)]])
+    terms = _rank(every)
     if residual.size < terms + _SPARE:
         return None
     left, rho = residual, 0.0
     for _ in range(_ROUNDS):
-        late = [serial.coloured(column, rho, apart) for column in changes.T]
-        columns = np.column_stack([both, *late])
-        left = residual - columns @ _solved(serial.filtered(columns.T, rho, apart).T, residual, rho, apart)
+        left = residual - every @ _solved(serial.filtered(every.T, rho, apart).T, residual, rho, apart)
         rho = serial.correlation(left, terms, apart)
     noise = max(float(left @ left) / (residual.size - terms), least**2)
     about = float(residual @ residual) / max(residual.size - _rank(own), 1)
     off = _WIDER * float(np.sqrt((1 - rho**2) / residual.size))
     ends = max(rho - off, 0.0), min(rho + off, serial.MOST)
     chance, of_changes = (
-        max(_chance(residual, rows, both, changes, (end, apart, least)) for end in ends)
-        for rows in (own, both)
+        max(_chance(residual, rows, every, (end, apart, least)) for end in ends) for rows in (own, both)
     )
     return Rest(about**0.5, noise**0.5, chance, of_changes)
 
 
 def _changes(response: Floats, apart: Floats) -> Floats:
-    """Change of the response since the reading before, (n, 1); 0 for the first of a series."""
-    change = np.diff(response, prepend=response[:1])
-    return _unit(np.where(np.isfinite(apart), change, 0.0)[:, None])
+    """Change of the response over the last readings of each series, (n, scales)."""
+    index = np.arange(response.size)
+    first = np.maximum.accumulate(np.where(np.isfinite(apart), 0, index))
+    before = [response[np.maximum(index - scale, first)] for scale in _SCALES]
+    return _unit(response[:, None] - np.array(before).T)
 
 
-def _chance(
-    residual: Floats, rows: Floats, both: Floats, changes: Floats, noise: tuple[float, Floats, float]
-) -> float:
-    """Probability that noise alone gives surface and changes as much of the squares that `rows` leave."""
+def _chance(residual: Floats, rows: Floats, every: Floats, noise: tuple[float, Floats, float]) -> float:
+    """Probability that noise alone gives all terms as much of the squares that `rows` leave."""
     rho, apart, least = noise
     white = serial.filtered(residual, rho, apart)
-    every = np.hstack([serial.filtered(both.T, rho, apart).T, changes])
     (without, few), (with_it, many) = (
-        _square(white, columns) for columns in (serial.filtered(rows.T, rho, apart).T, every)
+        _square(white, serial.filtered(terms.T, rho, apart).T) for terms in (rows, every)
     )
     if many == few:
         return 1.0

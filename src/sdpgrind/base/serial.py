@@ -35,17 +35,6 @@ def filtered(residual: Floats, correlation: float, apart: Floats) -> Floats:
     return np.asarray(scale * (residual - carried * np.roll(residual, 1, axis=-1)))
 
 
-def coloured(white: Floats, correlation: float, apart: Floats) -> Floats:
-    """Inverse of `filtered`: residuals (n,) of which it makes `white`."""
-    carried = correlation**apart
-    given = (np.sqrt((1 - carried**2) / (1 - correlation**2)) * white).tolist()
-    found = np.empty(white.size)
-    last = 0.0
-    for k, share in enumerate(carried.tolist()):
-        last = found[k] = share * last + given[k]
-    return found
-
-
 def filtered_back(white: Floats, correlation: float, apart: Floats) -> Floats:
     """Transpose of `filtered`: sum_k white_k filtered(e)_k = sum_k filtered_back(white)_k e_k."""
     if correlation == 0.0:

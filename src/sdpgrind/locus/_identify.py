@@ -12,7 +12,7 @@ from sdpgrind import identify as idf
 from sdpgrind.base import checks, serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.doubts.gauge import step_of
-from sdpgrind.base.doubts.words import in_one_unit
+from sdpgrind.base.doubts.words import amount, in_one_unit
 from sdpgrind.base.frozen import inside
 from sdpgrind.base.lack_of_fit import Rest, rest
 from sdpgrind.base.quantities import trusted, units_of
@@ -309,16 +309,46 @@ def _judged(found: idf.Estimate, fit: _ResponseFit, problem: Problem) -> idf.Est
         return found.replace(covariance=endless, status=idf.Status.UNDETERMINED, message=message)
     told = "; ".join(f"{law.name} {read.message}" for law, read in fit.read)
     found = found.replace(message=told if found.ok else f"{found.message} ({told})")
-    if found.ok:
-        try:
-            problem.updated(found)
-        except ValueError as error:
-            message = f"{idf.Status.IMPOSSIBLE} ({error})"
-            return found.replace(status=idf.Status.IMPOSSIBLE, message=message)
-        if wrong := _misfit(found.value, fit, problem):
-            message = f"{idf.Status.MISFIT}: {wrong} ({told})"
-            return found.replace(status=idf.Status.MISFIT, message=message)
-    return found
+    failed = _failed(found, fit, problem) if found.ok else None
+    if failed is None:
+        return found
+    status, why = failed
+    why = f": {why} ({told})" if status is idf.Status.MISFIT else f" ({why})"
+    return found.replace(status=status, message=f"{status}{why}")
+
+
+def _failed(found: idf.Estimate, fit: _ResponseFit, problem: Problem) -> tuple[idf.Status, str] | None:
+    """Status and reason of a fit that is no estimate; None: it is one."""
+    if wrong := _misfit(found.value, fit, problem):
+        return idf.Status.MISFIT, wrong
+    try:
+        problem.updated(found)
+    except ValueError as error:
+        noise = _by_noise(found, problem)
+        return (idf.Status.UNDETERMINED, noise) if noise else (idf.Status.IMPOSSIBLE, str(error))
+    return None
+
+
+def _by_noise(found: idf.Estimate, problem: Problem) -> str:
+    """Words on fields beyond their ranges, which an end of each interval is not; empty: one is."""
+    told = []
+    for name, unit, value, ends in zip(found.names, found.units, found.value, found.interval(), strict=True):
+        can_be = [_possible(problem, name, float(each)) for each in (value, *ends)]
+        if not any(can_be):
+            return ""
+        if not can_be[0]:
+            at, *span = (amount(float(each), unit) for each in (value, *ends))
+            told.append(f"{name} = {at}, {' to '.join(span)} at 95 %: noise takes it beyond its range")
+    return "; ".join(told)
+
+
+def _possible(problem: Problem, name: str, value: float) -> bool:
+    """Whether the model can have a value of a field."""
+    try:
+        problem.model.replace(**{name: value})
+    except ValueError:
+        return False
+    return True
 
 
 def _misfit(values: Floats, fit: _ResponseFit, problem: Problem) -> str:

@@ -12,7 +12,7 @@ from sdpgrind.base.doubts.record import Doubts
 from sdpgrind.base.doubts.rows import compared, numbers, untold
 from sdpgrind.base.doubts.words import amount
 from sdpgrind.base.tables import command_in, table_of
-from sdpgrind.identify import Estimate, Status
+from sdpgrind.identify import Estimate
 from sdpgrind.locus._doubts import cost, sets
 from sdpgrind.locus._doubts.sets import FieldRow
 from sdpgrind.locus._identify import identify, moved
@@ -61,8 +61,7 @@ def _row(problem: Problem, data: Any, name: str, unit: str, believed: float) -> 
     except ValueError as error:
         return FieldRow(untold(name, unit, believed, str(error)))
     row = compared(estimate, name, believed, note="all others as believed")
-    loose = estimate.status is Status.UNDETERMINED
-    return FieldRow(row._replace(note=_UNMOVED) if loose else row, estimate)
+    return FieldRow(row._replace(note=_UNMOVED) if sets.unmoved(estimate) else row, estimate)
 
 
 def _identified(problem: Problem, data: Any, names: Sequence[str]) -> Estimate:

@@ -15,6 +15,7 @@ from sdpgrind.identify import Estimate, Status
 
 Identified = Callable[[Sequence[str]], Estimate]
 _MISFIT = "a model that follows the readings; with this value alone changed it does not"
+_RARELY = 0.01  # chosen: probability of a second value for noise alone; less overlooks three of its sds
 AS_BELIEVED = (
     "Each value is told with all others as believed, so one wrong value makes several differ: take over one,"
     " not all."
@@ -44,7 +45,12 @@ class FieldRow(NamedTuple):
     @property
     def moves(self) -> bool:
         """Whether the responses depend on the field."""
-        return self.estimate is not None and self.estimate.status is not Status.UNDETERMINED
+        return self.estimate is not None and not unmoved(self.estimate)
+
+
+def unmoved(estimate: Estimate) -> bool:
+    """Whether the responses do not depend on the values, or on others alike."""
+    return bool(np.all(np.isinf(estimate.sd)))
 
 
 def explaining(
@@ -52,13 +58,32 @@ def explaining(
 ) -> list[Estimate]:
     """Return the estimates that follow the responses best: of one field, else of pairs; empty: none does.
 
-    Best first, and of the others those that the readings do not tell from it, see `preferred`. `least`:
-    standard deviation of the rest that is rounding.
+    Of one field where no second one, fitted along with the best, differs from its believed value by more than
+    noise. Best first, and of the others those that the readings do not tell from it, see `preferred`.
+    `least`: standard deviation of the rest that is rounding.
     """
-    found = [each.estimate for each in alone if each.fits and each.estimate is not None]
-    if not found and any(each.unfit for each in alone):
-        pairs = combinations([each.row.name for each in alone if each.moves], 2)
-        found = [estimate for estimate in map(identified, pairs) if estimate.ok]
+    found = _alike([each.estimate for each in alone if each.fits and each.estimate], least, readings)
+    if not (_short(found[0], alone, identified, least) if found else any(each.unfit for each in alone)):
+        return found
+    pairs = combinations([each.row.name for each in alone if each.moves], 2)
+    return _alike([estimate for estimate in map(identified, pairs) if estimate.ok], least, readings) or found
+
+
+def _short(best: Estimate, alone: Sequence[FieldRow], identified: Identified, least: float) -> bool:
+    """Whether one more field, fitted along, differs from its believed value by more than noise."""
+    if _left(best, least) == least:
+        return False
+    others = [each.row for each in alone if each.moves and each.row.name not in best.names]
+    try:
+        along = [(row, identified((*best.names, row.name))) for row in others]
+    except ValueError:  # too few readings for one value more
+        return False
+    chances = [compared(one, row.name, float(row.believed)).chance for row, one in along]
+    return any(chance < _RARELY for chance in chances)
+
+
+def _alike(found: Sequence[Estimate], least: float, readings: int) -> list[Estimate]:
+    """Estimates that leave as little as the best, best first."""
     found = sorted(found, key=lambda each: float(f"{_left(each, least):.6g}"))  # equal ones as declared
     squares = [readings * _left(each, least) ** 2 for each in found]
     return [
@@ -87,7 +112,7 @@ def told_along(each: FieldRow, by: Sequence[Estimate], identified: Identified) -
         found = holding[0] if holding else identified((*names, row.name))
     except ValueError:  # too few readings for one value more
         return each
-    if found.status is Status.UNDETERMINED:
+    if unmoved(found):
         return FieldRow(row._replace(note=f"in these readings it acts like {listed(names)}"))
     return FieldRow(
         compared(found, row.name, float(row.believed), note=f"{listed(names)} fitted along"), found
@@ -102,7 +127,7 @@ def _explains_less(each: FieldRow, by: Sequence[Estimate]) -> bool:
 def sentences(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit: str) -> list[str]:
     """Sentences on what the intervals rest on, and on the values that explain the response."""
     if not by:
-        return none_of(alone, f"Neither a single value nor a pair explains {response}")
+        return none_of(alone, f"Neither a single value nor a pair explains {response}", unit)
     if len(by[0].names) > 1:
         return [*_pair(alone, by, response, unit), *_advice(by)]
     told = {one.names[0] for one in by}
@@ -131,9 +156,9 @@ def _of_rest(each: Estimate, unit: str) -> str:
     return f"(sd of the rest {amount(each.noise_sd, unit)})"
 
 
-def none_of(alone: Sequence[FieldRow], words: str) -> list[str]:
+def none_of(alone: Sequence[FieldRow], words: str, unit: str) -> list[str]:
     """Sentence that nothing explains the readings; empty: they say too little for that."""
-    return [f"{words}: {_nearest(alone)}. {_ELSE}"] if any(each.unfit for each in alone) else []
+    return [f"{words}: {_nearest(alone, unit)}. {_ELSE}"] if any(each.unfit for each in alone) else []
 
 
 def _advice(equal: Sequence[Estimate]) -> list[str]:
@@ -166,7 +191,7 @@ def _along(alone: Sequence[FieldRow], by: Sequence[Estimate]) -> list[str]:
 def _pair(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit: str) -> list[str]:
     """Sentences on the pair that explains a response which no field explains alone."""
     names, left = listed(by[0].names), _of_rest(by[0], unit)
-    words = [f"No single value explains {response}: {_nearest(alone)}."]
+    words = [f"No single value explains {response}: {_nearest(alone, unit)}."]
     if len(by) == 1:
         together = f"{names} together do {left}: each value is told with these two fitted along"
         return [*words, f"{together}, the others as believed, and so is its plan."]
@@ -179,9 +204,11 @@ def _pair(alone: Sequence[FieldRow], by: Sequence[Estimate], response: str, unit
     ]
 
 
-def _nearest(alone: Sequence[FieldRow]) -> str:
-    """What the best of the fields that do not fit alone leaves of the first response."""
-    found = [each.estimate for each in alone if each.unfit and each.estimate is not None]
-    best = min(found, key=lambda estimate: (estimate.status is not Status.MISFIT, estimate.noise_sd))
+def _nearest(alone: Sequence[FieldRow], unit: str) -> str:
+    """What the best of the fields leaves of the response alone."""
+    found = [each.estimate for each in alone if (each.fits or each.unfit) and each.estimate is not None]
+    best = min(found, key=lambda each: (each.status is Status.IMPOSSIBLE, not each.ok, each.noise_sd))
     left = best.message.removeprefix(f"{Status.MISFIT}: ").partition(":")[0]
+    if best.ok:
+        left = f"an sd of {amount(best.noise_sd, unit)} is left"
     return f"with {best.names[0]}, the best, {left}"
