@@ -143,6 +143,10 @@ def test_tables_in_memory():
         assert hwsim.Log.read(frame, time="t", size="X")["data"]["size"].values[:2].tolist() == [0.0, 0.01]
     stamped = frame.set_index(pd.date_range("2026-03-02", periods=3, freq="250ms", name="at"))[:2]
     assert hwsim.Log.read(stamped, time="at", size="X")["data"].time.values.tolist() == [0.0, 0.25]
+    for unit in ("s", None):  # spans were taken for numbers, in ns
+        spans = frame.set_index(pd.to_timedelta([0, 250, 500], unit="ms").rename("for"))[:2]
+        asked = "for" if unit is None else ("for", unit)
+        assert hwsim.Log.read(spans, time=asked, size="X")["data"].time.values.tolist() == [0.0, 0.25]
 
 
 class Interchange:

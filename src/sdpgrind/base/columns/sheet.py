@@ -127,7 +127,7 @@ def too_long(file: str, rows: int) -> None:
 
 
 def as_column(values: Any) -> Column:
-    """Values as numbers, texts or time stamps."""
+    """Values as numbers, of spans of time in s, as texts or time stamps."""
     array = np.asarray(values)
     if array.dtype.kind in "biu":
         return array.astype(float)
@@ -135,5 +135,7 @@ def as_column(values: Any) -> Column:
         return np.where(np.isfinite(array), array, np.nan).astype(float, copy=False)
     if array.dtype.kind == "M":
         return array.astype("datetime64[ns]")
+    if array.dtype.kind == "m":
+        return array / np.timedelta64(1, "s")
     texts = [each.decode("utf-8", "replace") if isinstance(each, bytes) else each for each in array.tolist()]
     return np.array(texts, dtype=object)
