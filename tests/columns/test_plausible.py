@@ -332,6 +332,19 @@ def test_a_form_is_no_code_whatever_the_steps_of_its_gauge(digits):
     centering.Profile.read(form_with(digits=digits), angle="angle", deviation="dev", radius=40.0)
 
 
+def test_dust_on_a_coarse_gauge_may_be_as_high_by_chance():
+    table = form_with(23.0, 60, 400, digits=0)
+    table["dev [um]"][[200, 550]] = 17.0, 31.0
+    centering.Profile.read(table, angle="angle", deviation="dev", radius=40.0)
+
+
+def test_two_codes_are_told():
+    table = cycle_with(-9999.0, 53, 103)
+    table["x [um]"][[77, 143]] = 9999.0
+    with pytest.warns(UserWarning, match="9999 in 2 rows"):
+        hwsim.Log.read(table, **ASKED)
+
+
 def test_a_refusal_tells_a_code_too():
     with pytest.raises(ValueError, match=r"must follow command_rate.*; column .x \[um\]. is -9999.*missing="):
         hwsim.Log.read(cycle_with(-9999.0, *range(3, 240, 50)), **ASKED | {"command_rate": ("v", "um/s", 2)})

@@ -23,6 +23,7 @@ _BACK = 0.5  # chosen: of a leap, within which a way is where it was
 _USUAL = 0.75  # chosen: quantile of the steps, so that codes in each eighth row leave it as it is
 _BEYOND = 5.0  # chosen: times the greatest other magnitude
 _TWICE = 2  # derived: rows from which on a value returns
+_MANY = 0.5  # chosen: of the rows that leap; of dust on a coarse gauge, some leap as far by chance
 _FEW = 0.25  # chosen: share of the rows; more zeros are a machine that stands
 _SHORT = 3  # chosen: rows; a longer run is an air cut or a pause
 _TIED = 0.5  # chosen: distinct values a row, up to which a return to the digit is no surprise
@@ -65,8 +66,11 @@ def _of_column(known: Sequence[Floats], name: str) -> tuple[str, int, str] | Non
     leapt = np.concatenate([_around(values) if name in _FORMS else _leaps(values) for values in known])
     values, counts = np.unique(every[leapt], return_counts=True)
     greatest = float(np.abs(every[~leapt]).max(initial=0.0))
-    for k in np.argsort(-counts, kind="stable").tolist():
-        if counts[k] >= _TWICE and (name in _GAUGES or values[k] < -_BEYOND * greatest < 0):
+    again = counts >= _TWICE
+    if counts[again].sum() <= _MANY * counts.sum():
+        return None
+    for k in np.argsort(-counts, kind="stable")[: again.sum()].tolist():
+        if name in _GAUGES or values[k] < -_BEYOND * greatest < 0:
             return f"{values[k]:.12g}", int(counts[k]), "far from the rows before and behind them"
     return None
 
