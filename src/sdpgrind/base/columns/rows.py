@@ -83,7 +83,7 @@ def of_a_clock(step: float) -> str:
 
 
 def _of_a_counter(time: Floats, k: int) -> str:
-    """What to add where a counter of 16 or 32 bits begins again, in its ticks of 1 s, ms or us: no part does."""
+    """What to add where a counter of 16 or 32 bits begins again, in ticks of 1 s, ms or us: no part does."""
     step = float(np.median(np.diff(time)))
     span = float(time[k] - time[k + 1]) + step
     full = next((each for each in _FULL if abs(span - each) < step), None)
