@@ -62,6 +62,8 @@ class Sheet:
     waves: Mapping[int, Wave] = field(default_factory=dict)
     own_times: Mapping[int, tuple[str, Column]] = field(default_factory=dict)
     """Unit text ("": none) and values of the time of a column that has its own."""
+    named_above: Callable[[str], str] = field(default=lambda header: "")
+    """What to say of a header that stands in another line than those of `headings`; "": it does not."""
     as_written: Callable[[int], Column] | None = None
     """Reads a column as the texts of the file, 0017 and not 17; None: the file holds values, not texts."""
 
