@@ -9,9 +9,11 @@ from sdpgrind.base.checks import Floats
 
 _ROWS = 200  # chosen: rows that are compared; more tell a forgotten factor no better
 _LEAST_ROWS = 10  # chosen: fewer tell no lag
-_MOVED = 0.3  # chosen: of the way; a size that moves later than that does not follow it
+_MOVED = 0.1  # chosen: of the way; a size that moves later than that does not follow it
 _BACK = 0.05  # chosen: of the way; less is noise of a rate that was measured
-_LAGS = np.geomspace(1e-3, 1.0, 30)  # chosen: time constants in parts of the record, a quarter apart
+_LAGS = (
+    40  # chosen: time constants from a step to the whole, a third apart in a record with a pause of an hour
+)
 _NEAR = np.geomspace(0.8, 1.25, 15)  # chosen: of the best of them, 3 % apart
 _MISFIT = 0.05  # chosen: of the travel, up to which a lag of first order explains a size
 _NOISE = 1.5  # chosen: of the noise, which alone leaves 1
@@ -40,9 +42,10 @@ def ratio_behind_lag(
     if np.ptp(way[rows]) < _MOVED * np.ptp(way[: rows[-1] + 1]):
         return None
     t, path, y = time[rows] - time[rows[0]], way[rows] - way[rows[0]], size[rows]
-    ratios, squares = _fits(t, path, y, _LAGS * t[-1])
-    near = _NEAR * t[-1] * _LAGS[np.argmin(squares)]
-    ratios, squares = np.concatenate([(ratios, squares), _fits(t, path, y, near)], axis=1)
+    lags = np.geomspace(np.median(np.diff(t)), t[-1], _LAGS)
+    ratios, squares = _fits(t, path, y, lags)
+    near = _fits(t, path, y, _NEAR * lags[np.argmin(squares)])
+    ratios, squares = np.concatenate([(ratios, squares), near], axis=1)
     least = float(squares.min())
     if (least / rows.size) ** 0.5 > max(_MISFIT * float(np.ptp(y)), _NOISE * noise_sd):
         return None
