@@ -90,11 +90,8 @@ def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -
     if any(_falls_back(columns[way]) for _, columns in each):
         more = f', as {way} goes back to its beginning: two parts? Say part="header of the part\'s number"'
         return Contradiction(way, driver, rule + more)
-    if (
-        LEAST
-        <= _median(ratio(_closed(time), columns[way], columns[driver]) for time, columns in some)
-        <= MOST
-    ):
+    closed = [(_closed(time, columns[driver]), columns) for time, columns in some]
+    if LEAST <= _median(ratio(time, columns[way], columns[driver]) for time, columns in closed) <= MOST:
         gap = max(float(np.diff(time).max(initial=0.0)) for time, _ in each)
         more = f', as time has a gap of {gap:.4g} s: two parts? Say part="header of the part\'s number"'
         return Contradiction(way, driver, rule + more + of_a_clock(gap))
@@ -102,10 +99,10 @@ def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -
     return Contradiction(way, driver, rule + falls, times)
 
 
-def _closed(time: Floats) -> Floats:
-    """Times without gaps: each is one usual step."""
+def _closed(time: Floats, rate: Floats) -> Floats:
+    """Times without gaps through which a rate holds: each is one usual step."""
     steps = np.diff(time)
-    gap = wide(steps)
+    gap = wide(steps) & (np.diff(integral(time, rate)) != 0)
     steps[gap] = np.median(steps)
     return time[:1] + np.concatenate([[0.0], np.cumsum(steps)]) if np.any(gap) else time
 
