@@ -68,6 +68,11 @@ class CycleTiming(Frozen):
         return self.problem.limits.sample_time
 
     @cached_property
+    def limit(self) -> TableLimit:
+        """Speeds (rad/s) and rates (rad/s^2) that hold a part before a push has shown its friction."""
+        return table_limit(self.problem)
+
+    @cached_property
     def before(self) -> Floats:
         """Mean table speed at a push, (P, F, N), rad/s: by pushes before and rotation until the first one."""
         each = [2.0 * pi * (np.array([0.25, 0.75]) + k) / FIRSTS for k in range(FIRSTS)]
@@ -100,13 +105,19 @@ class CycleTiming(Frozen):
         time, speed, _ = self._first_pushes(offset, np.array([phase]))
         return float(time[0]), float(speed[0])
 
-    def first_angle(self, offset: float, phase: float) -> float:
-        """Return the rotation until the `first_push` at an `offset` (mm) and a `phase` (rad), rad."""
-        return float(self._first_pushes(offset, np.array([phase]))[2][0])
+    def first_speeds(self, offset: float, phase: float) -> Floats:
+        """Return speeds (rad/s) of the run-up to the `first_push`, of an offset (mm) and a phase (rad)."""
+        speeds, _, turned = way = self._run_up(offset)
+        return np.asarray(speeds[turned <= self._first_pushes(offset, np.array([phase]), way)[2]])
 
-    def _first_pushes(self, offset: float, phases: Floats) -> tuple[Floats, Floats, Floats]:
-        limits, goal = self.problem.limits, self.speed(offset)
-        speeds, times, turned = table_limit(self.problem).run_up(offset, goal)
+    def _run_up(self, offset: float) -> tuple[Floats, Floats, Floats]:
+        return self.limit.run_up(offset, self.speed(offset))
+
+    def _first_pushes(
+        self, offset: float, phases: Floats, way: tuple[Floats, Floats, Floats] | None = None
+    ) -> tuple[Floats, Floats, Floats]:
+        limits, (speeds, times, turned) = self.problem.limits, way or self._run_up(offset)
+        goal = speeds[-1]
         arc, lead = self._at(self.arc[0, 0], offset), self._at(self.lead, offset)
         known = np.interp(np.sqrt(arc), np.sqrt(turned), times) + max(arc - turned[-1], 0.0) / goal
         there = rest_to_rest(limits.follow_gap, limits.slide_speed_max, limits.acceleration_max)
@@ -122,7 +133,14 @@ class CycleTiming(Frozen):
 
     def _at(self, values: Floats, offset: float) -> float:
         """Value at an offset (mm), between the nodes."""
-        return float(np.interp(np.log(max(offset, self.offsets[0])), np.log(self.offsets), values))
+        return float(np.interp(self._place(offset), self._nodes, values))
+
+    def _place(self, offset: float) -> float:
+        return float(np.log(max(offset, self.offsets[0])))
+
+    @cached_property
+    def _nodes(self) -> Floats:
+        return np.log(self.offsets)
 
     def next_push(
         self,
@@ -155,7 +173,8 @@ class CycleTiming(Frozen):
         """
         tip, launch, lead, arcs, _, _, rates = self.of_kind(kind, pushes)
         columns = self.speeds, rates, arcs[_part_of_turn(first)], launch, lead
-        there = [self._at(each, offset) for each in columns]
+        place, nodes = self._place(offset), self._nodes
+        there = [float(np.interp(place, nodes, each)) for each in columns]
         time, reached = push_to_push(phase, RESTING * pressed, tip, before, *there)
         return float(time), float(reached)
 
