@@ -136,6 +136,10 @@ BINARIES |= {
     "HDF5, units": hdf5(flat()),
     "HDF5, unit in bytes": hdf5(flat("unit", np.bytes_)),
     "HDF5, Units": hdf5(flat("Units"), CALL, TRUTH),
+    "HDF5, columns of MATLAB": hdf5(
+        {name: (values[:, None] if name == "t" else values[None, :], told) for name, (values, told) in flat().items()}
+        | {"n": (np.array([[120.0]]), {})}
+    ),
     "HDF5, compressed": hdf5(flat(), compression="gzip", chunks=(16,)),
     "HDF5, big endian": hdf5({name: (values.astype(">f8"), told) for name, (values, told) in flat().items()}),
     "HDF5, integers": hdf5(flat() | {"X": (COUNTS * 100, {"units": "nm"}), "t": (np.round(1e3 * TIME).astype(np.uint16), {"units": "ms"})}),
@@ -150,7 +154,6 @@ BINARIES |= {
     "HDF5, signals": hdf5(SIGNALS, UNTIMED | {"resample": STEP}),
     "HDF5, signals, no step": hdf5(SIGNALS, UNTIMED, r"or resample= a step"),
     "HDF5, two dimensions": hdf5({"data": (np.column_stack([v for v, _ in TIMED.values()]), {})}, CALL, "must hold columns of one dimension"),
-    "HDF5, columns of MATLAB": hdf5({name: (v[None, :], {"units": u}) for name, (v, u) in TIMED.items()}, CALL, "must hold columns of one dimension"),
     "HDF5, compound": hdf5({"data": (COMPOUND, {})}, TOLD | {"time": ("t", "s")}),
     "HDF5, complex": hdf5(flat() | {"X": (1e3 * SIZE + 0j, {"units": "um"})}, CALL, "size must be numbers"),
     "HDF5, references beside": hdf5(flat() | {"refs": (np.array([h5py.Reference()] * 3, dtype=h5py.ref_dtype), {})}),

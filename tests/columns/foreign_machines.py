@@ -15,6 +15,9 @@ LVM = ["LabVIEW Measurement\t", "Writer_Version\t2", "Reader_Version\t2", "Separ
 MACHINES["LabVIEW .lvm"] = text(
     [*LVM, *rows(columns(","), "\t")], UNITS | {"time": ("X_Value", "s")}, end="\r\n", name="a.lvm"
 )
+MACHINES["LabVIEW .lvm, empty comments"] = text(
+    [*LVM, *rows(columns(","), "\t", "\t")], UNITS | {"time": ("X_Value", "s")}, end="\r\n", name="a.lvm"
+)
 SCOPE = ["LECROYWR64Xs,12345,Waveform", "Segments,1,SegmentSize,120", "Segment,TrigTime,TimeSinceSegment1", "#1,02-Mar-2026 10:15:33,0"]  # fmt: skip
 MACHINES["scope of LeCroy"] = text(
     [*SCOPE, "Time,Ampl", *rows([[f"{x:.6e}" for x in TIME], columns()[3]], ",")],

@@ -151,6 +151,7 @@ REFUSED = {
     "short row": (GOOD.replace("0.5,12.5", "0.5"), r"a\.csv must have 2 cells in each row; line 3 has 1: '0.5'"),
     "long row": (GOOD.replace("0.5,12.5", "0.5,12.5,1"), r"a\.csv must have 2 cells in each row; line 3 has 3"),
     "cut off": ("t [s],X [um],P\n0,0,1\n1,1,1\n1.5,37", r"a\.csv must be whole; line 4, its last, has 2 cells instead of 3"),
+    "types below the names": (GOOD.replace("\n", "\nREAL,REAL\n", 1), r"its headers are 'REAL', 'REAL'; line 1 has it: .*skiprows=\[k for k in range\(2\) if k != 0\]\), \.\.\.\)$"),
     "zero before a group": ("t [s];X [um]\n0,5;12,5\n1,5;0 250\n2,5;25,5\n", r"size must be numbers; got '0 250' in line 3"),
     "a word in each row": ("1,2,x\n3,x,4\nx,5,6\n", r"must have a line of 3 names above its data, which begin in line 1"),
     "two layouts": ("a,b c,X [um]\n1,5 100,0\n2,5 200,0\n3,5 300,0\n", r"'1,5 100,0' may be 3 cells or 2: .*sep=',', decimal='\.'\), .* or .*sep='\[ \]\+', decimal=','\)"),

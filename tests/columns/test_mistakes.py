@@ -28,15 +28,15 @@ TWENTY = [
     ("plunge_brackets.csv", {"size": ("X", "in")}, 'size=("X", "um")'),
     ("plunge_brackets.csv", {"size": ("X", "um", 2)}, 'size without its factor of 2? Say size=("X", "um")'),
     ("plunge_brackets.csv", {"size": ("X", "um", -1)}, 'size without its factor of -1? Say size=("X", "um")'),
-    ("plunge_brackets.csv", {"command_rate": ("v", "um/s")}, "got 14.7: command_rate in mm/min, not um/s?"),
-    ("plunge_brackets.csv", {"command_rate": ("v", "mm/s")}, "got 0.0147: command_rate in mm/min, not mm/s?"),
-    ("plunge_brackets.csv", {"command_rate": ("v", "mm/min", 0.5)}, "got 1.77: command_rate without its factor of 0.5?"),
-    ("plunge_brackets.csv", {"time": ("t", "ms")}, 'got 884: time in s, not ms? Say time=("t", "s")'),
-    ("plunge_brackets.csv", {"time": ("t", "min")}, 'got 0.0147: time in s, not min? Say time=("t", "s")'),
+    ("plunge_brackets.csv", {"command_rate": ("v", "um/s")}, "got 16.6: command_rate in mm/min, not um/s?"),
+    ("plunge_brackets.csv", {"command_rate": ("v", "mm/s")}, "got 0.0166: command_rate in mm/min, not mm/s?"),
+    ("plunge_brackets.csv", {"command_rate": ("v", "mm/min", 0.5)}, "got 1.99: command_rate without its factor of 0.5?"),
+    ("plunge_brackets.csv", {"time": ("t", "ms")}, 'got 995: time in s, not ms? Say time=("t", "s")'),
+    ("plunge_brackets.csv", {"time": ("t", "min")}, 'got 0.0166: time in s, not min? Say time=("t", "s")'),
     ("plunge_brackets.csv", {"grinding_power": ("P", "W")}, 'grinding_power=("P", "kW")'),
     ("plunge_brackets.csv", {"size": ("v", "um"), "command_rate": ("X", "mm/min")},
      'exchanged? Say size=("X", "um"), command_rate=("v", "mm/min")'),
-    ("plunge_deutsch.csv", {"size": ("Aufmaß Durchmesser", "um", -1)}, "got 1.77: size of the diameter? Say"),
+    ("plunge_deutsch.csv", {"size": ("Aufmaß Durchmesser", "um", -1)}, "got 1.99: size of the diameter? Say"),
     ("plunge_deutsch.csv", {"size": ("Aufmaß Durchmesser", "um")}, "size of the diameter with the other sign? Say"),
     ("plunge_deutsch.csv", {"time": ("Zeit", "ms")}, 'time in s, not ms? Say time=("Zeit", "s")'),
     ("shaft.h5", {"removed": ("removed", "in")}, 'removed in mm, not in? Say removed=("removed", "mm")'),
@@ -69,8 +69,8 @@ def bare():
 @pytest.mark.parametrize(
     ("wrong", "told"),
     [
-        ({"time": ("t", "ms")}, 'got 884: time in s, not ms? Say time=("t", "s")'),
-        ({"time": ("t", "min")}, 'got 0.0147: time in s, not min? Say time=("t", "s")'),
+        ({"time": ("t", "ms")}, 'got 995: time in s, not ms? Say time=("t", "s")'),
+        ({"time": ("t", "min")}, 'got 0.0166: time in s, not min? Say time=("t", "s")'),
         (
             {"command_rate": ("v", "mm/s")},
             'command_rate in mm/min, not mm/s? Say command_rate=("v", "mm/min")',
@@ -88,7 +88,7 @@ def bare():
             {"size": ("v", "um", -0.5), "command_rate": ("X", "mm/min", 0.5)},
             'exchanged? Say size=("X", "um", -0.5), command_rate=("v", "mm/min", 0.5)',
         ),
-        ({"time": None, "period": 40.0}, "got 0.000884: period of 0.04 s? Say period=0.04"),
+        ({"time": None, "period": 40.0}, "got 0.000995: period of 0.04 s? Say period=0.04"),
     ],
 )
 def test_numbers_alone_tell_the_most_probable_mistake_first(wrong, told):
@@ -102,7 +102,7 @@ def test_numbers_alone_tell_the_most_probable_mistake_first(wrong, told):
 def test_milliseconds_that_are_read_as_seconds_are_a_mistake_of_time():
     table = bare()
     table["t"] = 1000 * table["t"]
-    with pytest.raises(ValueError, match=r'got 0.000884: time in ms, not s\? Say time=\("t", "ms"\)'):
+    with pytest.raises(ValueError, match=r'got 0.000995: time in ms, not s\? Say time=\("t", "ms"\)'):
         hwsim.Log.read(table, **BRACKETS)
 
 
@@ -380,6 +380,31 @@ def cycle():
             "pos": position / 1000 + np.random.default_rng(2).normal(0.0, 2e-4, time.size),
         }
     )
+
+
+def short_cycle(end):
+    """Cycle of 0.2 mm behind a lag of 1 s that no hold lasts, exact to 0.1 um; retracted or paused at its end."""
+    time = np.arange(0.0, 3.0, 0.01)
+    rate = np.where(time < 0.6, 0.3, np.where(time < 1.2, 0.03, 0.0))
+    away = np.zeros(time.size)  # from where the command is
+    for k in range(1, time.size):
+        away[k] = rate[k - 1] + (away[k - 1] - rate[k - 1]) * np.exp(-0.01)
+    size = np.concatenate([[0.0], np.cumsum(0.01 * rate)[:-1]]) - away
+    if end == "retracted":
+        rate[250:], size[250:] = -0.5, size[250]
+    if end == "paused":
+        time[250:], size[250:] = time[250:] + 3600.0, 0.01 * rate.sum()
+    return {"t": time, "x": np.round(size, 4), "v": rate}
+
+
+@pytest.mark.parametrize("end", ["spark-out", "retracted", "paused"])
+def test_a_cycle_shorter_than_its_lag_tells_a_radius_from_a_diameter(end):
+    """Its slope was half of the command while it still rose: refused as it is, and taken for a diameter."""
+    asked = {"time": ("t", "s"), "command_rate": ("v", "mm/s")}
+    hwsim.Log.read(short_cycle(end), **asked, size=("x", "mm"))
+    for factor, told in ((2, "without its factor of 2"), (0.5, "without its factor of 0.5")):
+        with pytest.raises(ValueError, match=told):
+            hwsim.Log.read(short_cycle(end), **asked, size=("x", "mm", factor))
 
 
 CYCLE = {"time": ("t", "s"), "size": ("x", "um"), "command_rate": ("v", "um/s"), "grinding_power": ("P", "W")}

@@ -296,17 +296,30 @@ PASSES = {"period": 1.0, "grinding_power": "P", "removal_rate": "Q"}
 
 
 @pytest.mark.parametrize(
-    ("code", "cure"), [(0.0, r"make it none in a table"), (-999.0, r'say missing=\["-999"\]')]
+    ("code", "told"),
+    [
+        (0.0, "and no other is near 0: if .*make it none in a table"),
+        (-999.0, r'and no other is near 0: if .*say missing=\["-999"\]'),
+        (9999.0, r'far above all others: if .*say missing=\["9999"\]'),
+        (99999.0, "far above all others"),
+    ],
 )
-def test_a_code_among_loads_of_passes_is_told(code, cure):
-    """Four powers of 0 among 28 passes made an idle power of -6600 W, without a word."""
-    with pytest.warns(UserWarning, match=rf"is {code:g} in 4 rows, and no other is near 0: if .*{cure}"):
+def test_a_code_among_loads_of_passes_is_told(code, told):
+    """Four powers of 0 among 28 passes made an idle power of -6600 W, and 99999 one of -1 MW, without a word."""
+    with pytest.warns(UserWarning, match=rf"is {code:g} in 4 rows, {told}"):
         hwsim.Log.read(passes_with(code), **PASSES)
 
 
-def test_a_zero_among_roughnesses_is_told():
-    with pytest.warns(UserWarning, match=r"column 'Ra \[um\]' is 0 in 2 rows, and no other is near 0"):
-        hwsim.Log.read({"Ra [um]": [3.1, 3.6, 0.0, 3.3, 2.9, 0.0, 3.3, 3.5]}, period=1.0, roughness_ra="Ra")
+@pytest.mark.parametrize(("code", "told"), [(0.0, "and no other is near 0"), (9.99, "far above all others")])
+def test_a_code_among_roughnesses_is_told(code, told):
+    roughness = [3.1, 3.6, code, 3.3, 2.9, code, 3.2, 3.5]
+    with pytest.warns(UserWarning, match=rf"column 'Ra \[um\]' is {code:g} in 2 rows, {told}"):
+        hwsim.Log.read({"Ra [um]": roughness}, period=1.0, roughness_ra="Ra")
+
+
+def test_loads_of_few_digits_may_return_far_above_the_others():
+    power = [0.3, 0.3, 1.4, 0.3, 0.4, 0.3, 1.4, 0.3, 0.4, 0.3, 0.3, 0.3]
+    hwsim.Log.read({"P [kW]": power}, period=1.0, grinding_power="P")
 
 
 @pytest.mark.parametrize(("code", "every"), [(0.0, 2), (0.0, 28), (300.0, 7)])
@@ -317,6 +330,19 @@ def test_a_machine_that_stands_one_zero_and_equal_loads_are_no_codes(code, every
 @pytest.mark.parametrize("digits", [0, 1, 3])
 def test_a_form_is_no_code_whatever_the_steps_of_its_gauge(digits):
     centering.Profile.read(form_with(digits=digits), angle="angle", deviation="dev", radius=40.0)
+
+
+def test_dust_on_a_coarse_gauge_may_be_as_high_by_chance():
+    table = form_with(23.0, 60, 400, digits=0)
+    table["dev [um]"][[200, 550]] = 17.0, 31.0
+    centering.Profile.read(table, angle="angle", deviation="dev", radius=40.0)
+
+
+def test_two_codes_are_told():
+    table = cycle_with(-9999.0, 53, 103)
+    table["x [um]"][[77, 143]] = 9999.0
+    with pytest.warns(UserWarning, match="9999 in 2 rows"):
+        hwsim.Log.read(table, **ASKED)
 
 
 def test_a_refusal_tells_a_code_too():

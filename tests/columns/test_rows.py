@@ -46,6 +46,15 @@ def test_restart():
     assert log.outcome.duration.values.tolist() == [2.0, 1.0] and log.outcome.rows.values.tolist() == [3, 2]
 
 
+@pytest.mark.parametrize(("full", "unit"), [(2**16, "ms"), (2**32, "us")])
+def test_a_counter_that_is_full_begins_no_part(full, unit):
+    time = (full - 1000 + 50 * np.arange(40)) % full
+    size = np.linspace(0.0, 0.1, 40)
+    told = r'on_restart="new part"; a counter that is full\? Add [\d.]+ s to the rows .*period='
+    with pytest.raises(ValueError, match=told):
+        hwsim.Log.read({"t": time, "x": size}, time=("t", unit), size=("x", "mm"))
+
+
 def test_restart_within_a_named_part():
     """Of a comparison: each controller ground the same parts."""
     table = {"n": [0, 0, 1, 1] * 2, "t [s]": [0.0, 1.0] * 4, "X [mm]": np.linspace(0.0, 0.1, 8)}
@@ -143,6 +152,10 @@ def test_tables_in_memory():
         assert hwsim.Log.read(frame, time="t", size="X")["data"]["size"].values[:2].tolist() == [0.0, 0.01]
     stamped = frame.set_index(pd.date_range("2026-03-02", periods=3, freq="250ms", name="at"))[:2]
     assert hwsim.Log.read(stamped, time="at", size="X")["data"].time.values.tolist() == [0.0, 0.25]
+    for unit in ("s", None):  # spans were taken for numbers, in ns
+        spans = frame.set_index(pd.to_timedelta([0, 250, 500], unit="ms").rename("for"))[:2]
+        asked = "for" if unit is None else ("for", unit)
+        assert hwsim.Log.read(spans, time=asked, size="X")["data"].time.values.tolist() == [0.0, 0.25]
 
 
 class Interchange:

@@ -157,7 +157,7 @@ def _of_hdf5(file: str, group: Any, h5py: Any) -> list[Sheet]:
     sets = [
         (name, each)
         for name, each in group.items()
-        if isinstance(each, h5py.Dataset) and each.ndim == 1 and each.size and _is_read(each, h5py)
+        if isinstance(each, h5py.Dataset) and _is_column(each) and _is_read(each, h5py)
     ]
     simple = [(name, each) for name, each in sets if not each.dtype.names]
     fields = [(name, each) for _, each in sets for name in _fields(each)]
@@ -184,6 +184,13 @@ def _heading(name: str, *attributes: Any) -> ColumnHead:
     return heading(name, unit, "attribute")
 
 
+def _is_column(dataset: Any) -> bool:
+    """Whether a dataset has one dimension, or a second one of length 1 as the vectors of MATLAB."""
+    if dataset.ndim == 2 and not dataset.dtype.names:
+        return bool(min(dataset.shape) == 1 < max(dataset.shape))
+    return bool(dataset.ndim == 1 and dataset.size)
+
+
 def _is_read(dataset: Any, h5py: Any) -> bool:
     """Whether a dataset holds numbers, texts or a table, and no references."""
     return dataset.dtype.kind != "O" or h5py.check_string_dtype(dataset.dtype) is not None
@@ -195,10 +202,10 @@ def _fields(dataset: Any) -> list[str]:
 
 
 def _read(dataset: Any) -> Any:
-    """Values of a dataset: texts, or numbers with scale, offset and fill values of netCDF."""
-    values, told = dataset[()], dataset.attrs
+    """Values of a dataset in one line: texts, or numbers with scale, offset and fill values of netCDF."""
+    values, told = np.ravel(dataset[()]), dataset.attrs
     if values.dtype.kind == "O":
-        return dataset.asstr()[()]
+        return np.ravel(dataset.asstr()[()])
     if values.dtype.kind not in "iuf" or not set(told) & set(_PACKED):
         return values
     nothing = [np.ravel(told[name]) for name in _PACKED[2:] if name in told]

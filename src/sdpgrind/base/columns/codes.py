@@ -23,8 +23,10 @@ _BACK = 0.5  # chosen: of a leap, within which a way is where it was
 _USUAL = 0.75  # chosen: quantile of the steps, so that codes in each eighth row leave it as it is
 _BEYOND = 5.0  # chosen: times the greatest other magnitude
 _TWICE = 2  # derived: rows from which on a value returns
+_MANY = 0.5  # chosen: of the rows that leap; of dust on a coarse gauge, some leap as far by chance
 _FEW = 0.25  # chosen: share of the rows; more zeros are a machine that stands
 _SHORT = 3  # chosen: rows; a longer run is an air cut or a pause
+_TIED = 0.5  # chosen: distinct values a row, up to which a return to the digit is no surprise
 _NEAR = 0.1  # chosen: of the greatest load; where there are others so small, 0 is one of them
 
 
@@ -64,23 +66,44 @@ def _of_column(known: Sequence[Floats], name: str) -> tuple[str, int, str] | Non
     leapt = np.concatenate([_around(values) if name in _FORMS else _leaps(values) for values in known])
     values, counts = np.unique(every[leapt], return_counts=True)
     greatest = float(np.abs(every[~leapt]).max(initial=0.0))
-    for k in np.argsort(-counts, kind="stable").tolist():
-        if counts[k] >= _TWICE and (name in _GAUGES or values[k] < -_BEYOND * greatest < 0):
+    again = counts >= _TWICE
+    if counts[again].sum() <= _MANY * counts.sum():
+        return None
+    for k in np.argsort(-counts, kind="stable")[: again.sum()].tolist():
+        if name in _GAUGES or values[k] < -_BEYOND * greatest < 0:
             return f"{values[k]:.12g}", int(counts[k]), "far from the rows before and behind them"
     return None
 
 
 def _of_loads(known: Sequence[Floats]) -> tuple[str, int, str] | None:
-    """As `_of_column`, of a value of at most 0 that returns among loads which are all well above 0."""
+    """As `_of_column`, of a value that returns alone below or above loads which are all above 0."""
     every = np.concatenate(known)
-    values, counts = np.unique(every[every <= 0.0], return_counts=True)
-    if not values.size or not _TWICE <= (rows := int(counts.max())) <= _FEW * every.size:
-        return None
-    code = values[np.argmax(counts)]
-    loads = every[every != code]
-    if loads.min() < _NEAR * loads.max() or max(_longest(each == code) for each in known) > _SHORT:
-        return None
-    return f"{code:.12g}", rows, "and no other is near 0"
+    values, counts = np.unique(every, return_counts=True)
+    lowest = int(np.argmax(np.where(values <= 0.0, counts, 0))) if values.size else 0
+    for k in dict.fromkeys((lowest, values.size - 1)):
+        others = np.delete(values, k)
+        if not others.size or not _TWICE <= (rows := int(counts[k])) <= _FEW * every.size:
+            continue
+        odd = _is_below(values[k], others) or _is_above(values[k], others, every.size - rows)
+        if odd and max(_longest(each == values[k]) for each in known) <= _SHORT:
+            return f"{values[k]:.12g}", rows, odd
+    return None
+
+
+def _is_below(code: float, others: Floats) -> str:
+    """What is odd in a value of at most 0 (else "") where no load is near 0."""
+    return "and no other is near 0" if code <= 0.0 and others[0] >= _NEAR * others[-1] else ""
+
+
+def _is_above(code: float, others: Floats, rows: int) -> str:
+    """What is odd in the greatest value (else "") where the others, in so many rows, end far below it.
+
+    Loads that seldom meet the same digits have no reason to do it so far above: farther than they are from
+    each other. Of coarse ones, which tie by chance, it takes a multiple of the greatest.
+    """
+    tied = others.size <= _TIED * rows
+    gap = (_BEYOND - 1.0) * others[-1] if tied else others[-1] - others[0]
+    return "far above all others" if others[0] >= 0.0 and code - others[-1] > gap > 0.0 else ""
 
 
 def _longest(true: Bools) -> int:

@@ -6,7 +6,8 @@ from math import nan
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.columns.pairs import LEAST, MOST, PAIRS, Contradiction, Parts, Ratio, column, integral
+from sdpgrind.base.columns.pairs import LEAST, MOST, PAIRS, Contradiction, Parts, Ratio, column
+from sdpgrind.base.columns.slopes import integral
 from sdpgrind.base.columns.table import TEXT, quantity_of
 
 _ALIKE, _UNLIKE = 0.9, 0.8  # chosen: correlations; an exchanged cycle with spark-out gave 0.946 and -0.80

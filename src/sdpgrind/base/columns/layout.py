@@ -111,8 +111,14 @@ def _has_names(lines: Sequence[str], guess: TextGuess) -> bool:
 
 
 def _readings(guess: TextGuess) -> str:
-    """Numbers of the run as a text, in which NaN equals NaN."""
-    return repr([[cells.number(cell, guess.decimal) for cell in guess.rows[k]] for k in guess.run])
+    """Numbers of the run as a text, in which NaN equals NaN; without a last column that is empty in all rows.
+
+    A tab that ends each row, as before the comments of LabVIEW, is a blank that separates nothing.
+    """
+    rows = [guess.rows[k] for k in guess.run]
+    if not any(row[-1] for row in rows):
+        rows = [row[:-1] for row in rows]
+    return repr([[cells.number(cell, guess.decimal) for cell in row] for row in rows])
 
 
 def _two_layouts(file: str, lines: Sequence[str], one: TextGuess, other: TextGuess) -> ValueError:

@@ -39,6 +39,7 @@ def sheet(data: Any) -> Sheet:
 def _made(name: str, columns: list[tuple[ColumnHead, Any]]) -> Sheet:
     if not columns:
         raise ValueError(f"{name} must hold columns; it is empty")
+    columns = [(_of_span(head, values), values) for head, values in columns]
 
     def take(wanted: Any) -> list[Column]:
         return [_column(name, *columns[k]) for k in wanted]
@@ -48,6 +49,12 @@ def _made(name: str, columns: list[tuple[ColumnHead, Any]]) -> Sheet:
     )
     too_long(name, found.rows or 0)
     return found
+
+
+def _of_span(head: ColumnHead, values: Any) -> ColumnHead:
+    """Heading with the unit that `as_column` gives spans of time, whatever numpy counts them in."""
+    spans = getattr(getattr(values, "dtype", None), "kind", "") == "m"
+    return head._replace(unit="s", origin="type") if spans else head
 
 
 def _column(name: str, head: ColumnHead, values: Any) -> Column:

@@ -9,18 +9,16 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns.rows import of_a_clock, wide
 from sdpgrind.base.columns.sheet import Column
+from sdpgrind.base.columns.slopes import integral, slope_of, slope_of_size
 from sdpgrind.base.columns.table import COMMAND, quantity_of
 
 # ratio of what two columns say of one quantity; chosen: measured on right cycles were 0.88 to 0.97, and a
 # forgotten factor is 2 or more
 LEAST, MOST = 0.7, 1.15
 _MEANT = 0.93  # measured: what a right cycle gives; the rest is deflection
+_PARTS = 30  # chosen: of which the median is taken; a unit is that of all parts
 _SLACK = 2.0  # chosen: a cycle that ends early is no other unit
-_AGREE = 0.15  # chosen: two fifths of a hold that agree are steady
-_MOVES = 0.05  # chosen: share of the range of the size that is more than noise in the air
-_NOISE = 5.0  # chosen: standard deviations; the inner 96 % of white noise alone are 4.1 of them wide
-_ROWS = 10  # chosen: rows of a hold of which a fifth still has a slope
-_HOLDS = 5  # chosen: holds that are looked at; more are rapid moves
+_ROWS = 10  # chosen: fewer rows tell no course
 _FORCES = (0.05, 1.0)  # chosen: friction ratios of grinding
 _CLEAR = 0.9  # chosen: correlation from which on a slope over noise in both is within a fifth
 _TURNED = (0.7, 1.4)  # chosen: turns that are counted against those of the speed
@@ -81,7 +79,8 @@ def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -
     driver = column(rate, names)
     if way not in names or driver is None:
         return None
-    told = _median(ratio(time, columns[way], columns[driver]) for time, columns in each)
+    some = each[:: -(-len(each) // _PARTS)]
+    told = _median(ratio(time, columns[way], columns[driver]) for time, columns in some)
     if not isfinite(told) or LEAST <= told <= MOST:
         return None
     times = min((f for f in FACTORS if f * told > 0), key=lambda f: abs(log(f * told / _MEANT)))
@@ -91,11 +90,8 @@ def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -
     if any(_falls_back(columns[way]) for _, columns in each):
         more = f', as {way} goes back to its beginning: two parts? Say part="header of the part\'s number"'
         return Contradiction(way, driver, rule + more)
-    if (
-        LEAST
-        <= _median(ratio(_closed(time), columns[way], columns[driver]) for time, columns in each)
-        <= MOST
-    ):
+    closed = [(_closed(time, columns[driver]), columns) for time, columns in some]
+    if LEAST <= _median(ratio(time, columns[way], columns[driver]) for time, columns in closed) <= MOST:
         gap = max(float(np.diff(time).max(initial=0.0)) for time, _ in each)
         more = f', as time has a gap of {gap:.4g} s: two parts? Say part="header of the part\'s number"'
         return Contradiction(way, driver, rule + more + of_a_clock(gap))
@@ -103,10 +99,10 @@ def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -
     return Contradiction(way, driver, rule + falls, times)
 
 
-def _closed(time: Floats) -> Floats:
-    """Times without gaps: each is one usual step."""
+def _closed(time: Floats, rate: Floats) -> Floats:
+    """Times without gaps through which a rate holds: each is one usual step."""
     steps = np.diff(time)
-    gap = wide(steps)
+    gap = wide(steps) & (np.diff(integral(time, rate)) != 0)
     steps[gap] = np.median(steps)
     return time[:1] + np.concatenate([[0.0], np.cumsum(steps)]) if np.any(gap) else time
 
@@ -125,119 +121,6 @@ def _falls_back(way: Floats) -> bool:
     return abs(again - start) < (1 - _BACK) * abs(end - start) and abs(known[k] - known[k - 1]) > _BACK * abs(
         end - start
     )
-
-
-def _held(rate: Floats) -> Floats:
-    """Rates, each held until the next; 0 before the first."""
-    known = np.isfinite(rate)
-    last = np.maximum.accumulate(np.where(known, np.arange(rate.size), -1))
-    return np.where(last >= 0, np.where(known, rate, 0.0)[last], 0.0)
-
-
-def integral(time: Floats, rate: Floats) -> Floats:
-    """Integral of a rate that holds until the next, from 0."""
-    return np.concatenate([[0.0], np.cumsum(_held(rate)[:-1] * np.diff(time))])
-
-
-class Hold(NamedTuple):
-    """A command that is held while the size moves: first and last row, slope of the size in its last fifth.
-
-    The slope is NaN where it is not that of the fifth before: the size is not steady.
-    """
-
-    begin: int
-    end: int
-    slope: float
-
-    @property
-    def last_fifth(self) -> slice:
-        """Rows of the last fifth."""
-        return slice(self.end + 1 - (self.end + 1 - self.begin) // 5, self.end + 1)
-
-
-def slope_of_size(time: Floats, size: Floats, rate: Floats) -> float:
-    """Slope of the size against the command: steady in the longest way that moves it, else of the whole.
-
-    NaN: the columns do not tell, as of an air cut or of zeros.
-    """
-    spread = _moved(size)
-    if spread == 0.0 or not np.any(_held(rate)):
-        return nan
-    hold = roughing_hold(time, size, rate)
-    if hold is not None and isfinite(hold.slope):
-        return hold.slope
-    return _of_whole(integral(time, rate), size, spread)
-
-
-def roughing_hold(time: Floats, size: Floats, rate: Floats) -> Hold | None:
-    """Return the longest way of one command that moves the size; None: there is none."""
-    spread, way, held = _moved(size), integral(time, rate), _held(rate)
-    if spread == 0.0:
-        return None
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(held)) + 1, [time.size - 1]])
-    runs = sorted(
-        zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True), key=lambda r: -abs(way[r[1]] - way[r[0]])
-    )
-    for begin, end in runs[:_HOLDS]:
-        if way[end] == way[begin]:
-            break
-        steady = _steady(way[begin : end + 1], size[begin : end + 1], spread)
-        if steady is not None:
-            return Hold(begin, end, steady)
-    return None
-
-
-def _moved(size: Floats) -> float:
-    """How far a size moves without outliers; 0: no farther than its noise, or too few readings."""
-    known = size[np.isfinite(size)]
-    if known.size < _ROWS:
-        return 0.0
-    spread = float(np.subtract(*np.quantile(known, [0.98, 0.02])))
-    return spread if spread > _NOISE * _noise_sd(known) else 0.0
-
-
-def _noise_sd(values: Floats) -> float:
-    """Standard deviation of white noise, from the steps between rows (median of the normal law)."""
-    return float(np.median(np.abs(np.diff(values)))) / (0.6745 * 2**0.5)
-
-
-def _steady(way: Floats, size: Floats, spread: float) -> float | None:
-    """Slope in the last fifth of a hold; NaN: not steady, None: the size does not move."""
-    known = np.isfinite(size)
-    way, size = way[known], size[known]
-    if size.size < _ROWS:
-        return None
-    fifth = size.size // 5
-    if abs(float(np.median(size[-fifth:]) - np.median(size[:fifth]))) < _MOVES * spread:
-        return None
-    last, before = (
-        slope_of(way[-fifth:], size[-fifth:]),
-        slope_of(way[-2 * fifth : -fifth], size[-2 * fifth : -fifth]),
-    )
-    return last if abs(last - before) <= _AGREE * abs(last) else nan
-
-
-def slope_of(x: Floats, y: Floats) -> float:
-    """Return the slope of y over x by least squares; NaN: x is constant."""
-    x = x - x.mean()
-    return float(x @ (y - y.mean()) / (x @ x)) if np.any(x) else nan
-
-
-def _of_whole(way: Floats, size: Floats, spread: float) -> float:
-    """Size last less first over the command, from where the size begins to move."""
-    rows = np.flatnonzero(np.isfinite(size))
-    tail = max(1, rows.size // 20)
-    start, stop = (float(np.median(size[part])) for part in (rows[:tail], rows[-tail:]))
-    still = np.flatnonzero(np.abs(size[rows] - start) < _MOVES * spread)
-    first = rows[_run_end(still)] if still.size else rows[0]
-    travel = float(way[rows[-1]] - way[first])
-    return (stop - start) / travel if travel else nan
-
-
-def _run_end(places: np.ndarray) -> int:
-    """Last of the places that follow each other from the first on."""
-    breaks = np.flatnonzero(np.diff(places) > 1)
-    return int(places[breaks[0]] if breaks.size else places[-1])
 
 
 def share_removed(time: Floats, removed: Floats, rate: Floats) -> float:

@@ -128,8 +128,25 @@ def _with_columns(sheets: list[Sheet], asked: list[Request], rules: Rules) -> tu
     holding = [sheet for sheet in sheets if any(_holds(sheet, each) for each in asked)]
     if not holding:
         place_of(asked[0], sheets[0])
+    for each in asked:
+        _refuse_elsewhere(each, holding)
     others = [sheet.where for sheet in sheets if sheet not in holding]
     return holding, [f"left out, as none of the columns is there: {', '.join(others)}"] if others else []
+
+
+def _refuse_elsewhere(request: Request, sheets: list[Sheet]) -> None:
+    """Refuse a column that one group or file lacks and another has, as channels of two paces."""
+    lacking = [sheet for sheet in sheets if not _holds(sheet, request)]
+    if not lacking or len(lacking) == len(sheets):
+        return
+    try:
+        place_of(request, lacking[0])
+    except ValueError as error:
+        having = next(sheet.where for sheet in sheets if _holds(sheet, request))
+        raise ValueError(
+            f"{error}; {having} has it, and each is read as a part: name groups by group=, or join what is of"
+            " one part in a table (pandas.merge_asof)"
+        ) from None
 
 
 def _holds(sheet: Sheet, request: Request) -> bool:

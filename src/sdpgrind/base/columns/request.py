@@ -104,7 +104,7 @@ def place_of(request: Request, sheet: Sheet) -> int:
     places = [k for k, each in enumerate(sheet.headings) if each.header == request.header]
     places = places or [k for k, each in enumerate(sheet.headings) if each.name == request.header]
     if not places or not request.header:
-        held = f"its headers are {sheet.listed()}{_of_preamble(sheet)}"
+        held = f"its headers are {sheet.listed()}{_of_preamble(sheet)}{sheet.named_above(request.header)}"
         raise ValueError(
             f"{sheet.where}: {request.name} must be one of its columns; got {request.header!r}, {held}"
         )

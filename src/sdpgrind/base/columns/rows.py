@@ -14,6 +14,8 @@ from sdpgrind.base.columns.table import is_command
 from sdpgrind.base.warned import warn
 
 GAP = 3.0  # chosen: medians of the step above which a step is a gap; fewer would note a jitter of the clock
+_FULL = [2.0**bits / ticks for bits in (16, 32) for ticks in (1, 1e3, 1e6)]
+"""Seconds after which a counter begins again; derived."""
 _TICKS = 3  # derived: two of them whose first row is known
 _MERGED = 0.5  # chosen: share of the rows at the times of others from which on the clock is too coarse
 
@@ -67,7 +69,7 @@ def restarts(block: PartRows, on_restart: str, named: bool = False) -> list[Part
         raise ValueError(
             f"{block.where}: time must rise{which} (s); got {float(block.time[k])!r} and then"
             f' {float(block.time[k + 1])!r} in {block.at(k + 1)}: {column}, or on_restart="new part"'
-            f"{of_a_clock(block.time[k] - block.time[k + 1])}"
+            f"{of_a_clock(block.time[k] - block.time[k + 1])}{_of_a_counter(block.time, k)}"
         )
     edges = [0, *(falls + 1).tolist(), block.time.size]
     return [block.only(slice(a, b)) for a, b in pairwise(edges)]
@@ -78,6 +80,18 @@ def of_a_clock(step: float) -> str:
     if abs(step - 3600.0) > 60.0:  # chosen: a minute; rows are seldom farther apart
         return ""
     return "; an hour: daylight saving? Take stamps in UTC, or with their zone"
+
+
+def _of_a_counter(time: Floats, k: int) -> str:
+    """What to add where a counter of 16 or 32 bits begins again, in ticks of 1 s, ms or us: no part does."""
+    step = float(np.median(np.diff(time)))
+    span = float(time[k] - time[k + 1]) + step
+    full = next((each for each in _FULL if abs(span - each) < step), None)
+    if full is None:
+        return ""
+    return (
+        f"; a counter that is full? Add {full:.10g} s to the rows from there on, or say period={step:.3g} (s)"
+    )
 
 
 def one_a_time(block: PartRows, duplicates: str) -> PartRows:

@@ -62,6 +62,8 @@ class Sheet:
     waves: Mapping[int, Wave] = field(default_factory=dict)
     own_times: Mapping[int, tuple[str, Column]] = field(default_factory=dict)
     """Unit text ("": none) and values of the time of a column that has its own."""
+    named_above: Callable[[str], str] = field(default=lambda header: "")
+    """What to say of a header that stands in another line than those of `headings`; "": it does not."""
     as_written: Callable[[int], Column] | None = None
     """Reads a column as the texts of the file, 0017 and not 17; None: the file holds values, not texts."""
 
@@ -127,7 +129,7 @@ def too_long(file: str, rows: int) -> None:
 
 
 def as_column(values: Any) -> Column:
-    """Values as numbers, texts or time stamps."""
+    """Values as numbers, of spans of time in s, as texts or time stamps."""
     array = np.asarray(values)
     if array.dtype.kind in "biu":
         return array.astype(float)
@@ -135,5 +137,7 @@ def as_column(values: Any) -> Column:
         return np.where(np.isfinite(array), array, np.nan).astype(float, copy=False)
     if array.dtype.kind == "M":
         return array.astype("datetime64[ns]")
+    if array.dtype.kind == "m":
+        return array / np.timedelta64(1, "s")
     texts = [each.decode("utf-8", "replace") if isinstance(each, bytes) else each for each in array.tolist()]
     return np.array(texts, dtype=object)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from sdpgrind.base.columns import cells
 from sdpgrind.base.columns.layout import Frame, frame_of, other_width
 from sdpgrind.base.columns.lines import Text
-from sdpgrind.base.columns.sheet import Column, Sheet, as_column
+from sdpgrind.base.columns.sheet import Column, Sheet, as_column, heading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,12 +54,29 @@ def sheets(file: str, raw: bytes, missing: Collection[str] = ()) -> list[Sheet]:
             file,
             frame.headings,
             take,
+            named_above=lambda header: _named_above(text, frame, header),
             as_written=as_written,
             place=lambda row: f"line {_line_of(text, frame, row) + 1}",
             layout=frame.layout,
             decimal=frame.layout.decimal,
         )
     ]
+
+
+def _named_above(text: Text, frame: Frame, header: str) -> str:
+    """The call that takes names from a line above another one of words, as a row of data types."""
+    layout, above = frame.layout, range(frame.first)
+    rows = [cells.split(text.line(line), layout.separator) for line in above]
+    named = (k for k in reversed(above) if len(rows[k]) >= frame.width)
+    line = next(
+        (k for k in named if header in [each for cell in rows[k] for each in heading(cell)[:2]]), None
+    )
+    if line is None or not header:
+        return ""
+    return (
+        f"; line {line + 1} has it: read(pandas.read_csv({text.file!r}, sep={layout.separator!r},"
+        f" decimal={layout.decimal!r}, skiprows=[k for k in range({frame.first}) if k != {line}]), ...)"
+    )
 
 
 def _refuse_words_below(text: Text, frame: Frame) -> None:

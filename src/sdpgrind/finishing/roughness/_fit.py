@@ -1,6 +1,7 @@
 """Identification of the roughness model from readings, and its leave-one-out errors."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ from sdpgrind import identify
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.tables import cells_of, column_of, table_of
-from sdpgrind.finishing.roughness._terms import NAMES, checked_patterns, design
+from sdpgrind.finishing.roughness._terms import NAMES, PATTERNS, checked_patterns, design
 from sdpgrind.finishing.study._study import Study
 from sdpgrind.identify import Estimate
 
@@ -55,7 +56,12 @@ def identify_roughness(data: Any, *, throw: bool = True) -> Estimate:
         raise ValueError(
             f"data must hold {size + 1} readings or more for {size} coefficients; got {target.size}"
         )
-    found = identify.least_squares(rows, target, names=NAMES, throw=throw)
+    found = identify.least_squares(rows, target, names=NAMES, throw=False)
+    missing = _missing_patterns(rows)
+    if not found.ok and missing:
+        found = replace(found, message=f"{found.message}; no reading is of the pattern {', '.join(missing)}")
+    if throw and not found.ok:
+        raise ValueError(found.message)
     left = target - rows @ found.value
     sd = float(np.sqrt(left @ left / found.freedom))
     covariance = np.zeros((size + 1, size + 1))
@@ -64,6 +70,13 @@ def identify_roughness(data: Any, *, throw: bool = True) -> Estimate:
     message = f"from {target.size} readings" if found.ok else found.message
     names, values = (*NAMES, "residual_sd"), np.append(found.value, sd)
     return Estimate(names, values, covariance, found.status, message, (), found.freedom)
+
+
+def _missing_patterns(rows: Floats) -> list[str]:
+    """Patterns without a row of the design matrix; the first has no column of its own."""
+    marks = rows[:, 1 : len(PATTERNS)]
+    counts = [np.sum(~np.any(marks, axis=1)), *np.sum(marks, axis=0)]
+    return [name for name, count in zip(PATTERNS, counts, strict=True) if count == 0]
 
 
 @cache

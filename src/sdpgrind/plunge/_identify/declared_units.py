@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.columns.mistakes import DeclaredTimes, Mistake, explained, in_unit, mistakes
-from sdpgrind.base.columns.pairs import Contradiction, contradictions, roughing_hold, slope_of
+from sdpgrind.base.columns.pairs import Contradiction, contradictions
 from sdpgrind.base.columns.request import Bound, Request
 from sdpgrind.base.columns.sheet import heading
+from sdpgrind.base.columns.slopes import roughing_hold, slope_of
 from sdpgrind.base.columns.source import ColumnNote, Source, source_of
 from sdpgrind.base.unit_text import factor, near
 from sdpgrind.plunge._identify.cycles import Cycle
