@@ -211,7 +211,7 @@ class ForceController(Stateful):
 
     def trajectory(self, samples: int) -> tuple[Floats, Floats]:
         """Return force (N) and position (mm) for `control_step` in the first `samples` of the pass."""
-        time = self.period * np.arange(checks.count("samples", samples))
+        time = self.period * np.arange(checks.count("samples", samples), dtype=float)
         if self._feedforward:
             return self.planned_along(time + self._lag)
         force, _ = self.planned_along(time)
