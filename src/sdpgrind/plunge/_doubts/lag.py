@@ -87,7 +87,7 @@ def fitted(parts: Sequence[LagPart], rho: float) -> LagFit:
     return LagFit(tuple(parts), tau, float(sum(squares)), rho, values, times, residuals)
 
 
-class _Rows(NamedTuple):
+class _LagRows(NamedTuple):
     """What does not depend on the time constant: steps (s) and infeed (mm) of a part; rows that are read, and
     steps between those over the median one.
     """
@@ -99,13 +99,13 @@ class _Rows(NamedTuple):
     apart: Floats
 
 
-def _rows(part: LagPart) -> _Rows:
+def _rows(part: LagPart) -> _LagRows:
     step, read = np.diff(part.time), np.isfinite(part.size)
     infeed = np.concatenate([[0.0], np.cumsum(part.command_rate[:-1] * step)])
-    return _Rows(part, step, infeed, read, serial.gaps(part.time[read], int(read.sum())))
+    return _LagRows(part, step, infeed, read, serial.gaps(part.time[read], int(read.sum())))
 
 
-def _projected(rows: _Rows, tau: float, rho: float) -> tuple[float, Floats, Floats]:
+def _projected(rows: _LagRows, tau: float, rho: float) -> tuple[float, Floats, Floats]:
     """Sum of squares (filtered), best contact zero and first deflection, residuals."""
     target = (rows.part.size - _driven(rows, tau))[rows.read]
     columns = _free(rows.part, tau)[rows.read]
@@ -115,7 +115,7 @@ def _projected(rows: _Rows, tau: float, rho: float) -> tuple[float, Floats, Floa
     return float(left @ left), np.asarray(value), np.asarray(target - columns @ value)
 
 
-def _driven(rows: _Rows, tau: float) -> Floats:
+def _driven(rows: _LagRows, tau: float) -> Floats:
     """Size (mm) of a part that starts at 0 without deflection."""
     pole = np.exp(-rows.step / tau)
     return np.asarray(rows.infeed - lags(0.0, pole, rows.part.command_rate[:-1] * tau * (1 - pole)))
