@@ -37,14 +37,14 @@ print(believed.doubts(log))
 # %%
 # The plan
 # --------
-# The time constant goes into the problem: the stiffness is scaled so that the deflection of the machine has it. It
-# follows the command faster than believed, so that its cycle is shorter than that of the plan as believed, by much more
-# than the interval of the time constant leaves open. The doubts say that a linear lag fits these sizes better;
-# ``believed.replace(linear_time_constant=found["time_constant"]).updated(found)`` plans with one. In the picture the depth of damage (red) reaches the remaining
+# The doubts say that a linear lag fits these sizes better than the deflection of the model, and how to plan with it: the
+# time constant goes into the problem as the lag, as a deflection scaled to it would plan parts out of round. It follows
+# the command faster than believed, so that its cycle is shorter than that of the plan as believed, by much more than
+# the interval of the time constant leaves open. In the picture the depth of damage (red) reaches the remaining
 # stock, but never exceeds it: what burns is ground away again.
 
 found = plunge.identify(log, "time_constant")
-plan = plunge.plan(believed.updated(found))
+plan = plunge.plan(believed.replace(linear_time_constant=found["time_constant"]))
 print(found)  # ± is one standard deviation
 print(plan)
 plan.plot()
@@ -76,7 +76,7 @@ log = hwsim.Log.read(
 )
 found = plunge.identify(log, "time_constant")
 print(found)
-print(plunge.plan(believed.updated(found)))
+print(plunge.plan(believed.replace(linear_time_constant=found["time_constant"])))
 
 # %%
 # Two parts in one file
@@ -87,7 +87,7 @@ print(plunge.plan(believed.updated(found)))
 log = hwsim.Log.read("tests/data/samples/plunge_parts.tdms", size="size", command_rate="rate")
 found = plunge.identify(log, "time_constant")
 print(found)
-print(plunge.plan(believed.updated(found)))
+print(plunge.plan(believed.replace(linear_time_constant=found["time_constant"])))
 
 # %%
 # A whole machine

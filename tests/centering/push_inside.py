@@ -17,7 +17,7 @@ from centering.cycle._source.planner import PrintedPlanner
 from centering.cycle._strategy.as_sdp import FRACTIONS, KindOfPush, Size, draws
 from centering.cycle._strategy.belief import FrictionScaleBelief
 from centering.cycle._strategy.belief_kernels import learned
-from centering.cycle._strategy.cycle_times import WORTH, table_speeds
+from centering.cycle._strategy.cycle_times import WORTH, cycle_timing, table_speeds
 from centering.cycle._strategy.density import lower_end, moments, prior, widened
 from centering.cycle._strategy.draw_kernels import push_once
 from centering.cycle._strategy.lookup_kernels import choose
@@ -80,6 +80,7 @@ __all__ = [
     "choose",
     "cycle_controller",
     "cycle_next",
+    "cycle_timing",
     "draws",
     "felt_model",
     "fingerprint",

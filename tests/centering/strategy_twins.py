@@ -90,14 +90,14 @@ def between_twin(phase, pressed, times, before, speed, rate):
     return time, soonest
 
 
-def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
+def push_twin(ground, kind, offset, friction, share, seen, evidence, draws):
     """Expected time and the weights on the nodes (a dict), draw by draw; as `all_draws` from one state."""
     table, problem, belief = ground.outcomes, ground.problem, ground.belief
     where, scale = ground.axes
     stroke = table.stroke_for(kind, share * offset, friction)
     if not np.isfinite(stroke):
         return np.inf, {}
-    sd = belief.sd(worth * seen)
+    sd = belief.sd(evidence)
     spread = sqrt(sd**2 + belief.push_sd**2)
     pressed = float(np.interp(log(stroke), np.log(table.strokes), table.contact_time[kind]))
     nodes = np.log(np.geomspace(where.low, where.high, where.nodes))

@@ -44,6 +44,15 @@ def test_a_cycle_takes_the_time_that_was_planned():
     assert abs(late.mean()) < error + 0.05 * outcome.time.mean()  # readings that scatter are not planned: 5 %
 
 
+def test_a_slow_table_tells_in_a_turn_where_the_part_is():
+    """A turn at 0.5 rad/s has 1257 readings; when the latest 256 were kept, no place was ever known."""
+    problem = PROBLEM.replace(spindle_speed_max=0.5)
+    oval = hwsim.Ring(44.45, 0.001, 1.0, lobes={2: (0.003, 0.3)})
+    machine = CenteringMachine(problem, ring=oval, time_max=30.0)
+    outcome = hwsim.run(machine, CenteringController(PlainStrategy(problem)), rng=0).outcome
+    assert outcome.finished[0] == 1 and outcome.pushes[0] == 0 and outcome.time[0] < 2 * pi / 0.5
+
+
 def test_pushes_are_planned_in_full_only_when_they_are_soon_due(monkeypatch):
     planned = []
     monkeypatch.setattr(cycle_next, "launch", lambda *a: planned.append("full") or launch(*a))

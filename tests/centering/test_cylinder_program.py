@@ -86,5 +86,5 @@ def test_rows_that_nearly_repeat_are_solved(seed):
     near = 10.0 ** rng.uniform(-12, -4)
     height = np.concatenate([height, height + near * rng.normal(size=60)])
     slope = np.vstack([slope, slope + near * rng.normal(size=slope.shape)])
-    for outer, inner in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0)):
+    for outer, inner in ((True, True), (True, False), (False, True)):
         assert program(height, slope, 1.0, outer, inner, np.zeros(6, dtype=np.int64))[2]

@@ -2,6 +2,7 @@
 
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import matplotlib
 import numpy as np
@@ -41,6 +42,13 @@ def test_a_table_that_creeps_has_no_more_readings_than_tell():
     (place,) = places(HEAVY, 1e-5, 30.0, 3.0, 0)
     (usual,) = places(HEAVY, 10.0, 30.0, 3.0, 0)
     assert place.arc.size < 600 and place.sd[-1] <= usual.sd[-1]
+
+
+def test_a_table_that_runs_up_gets_no_faster_than_it_may():
+    """Four readings lie between two looks."""
+    speed, sample = 1.0, HEAVY.limits.sample_time
+    (place,) = places(HEAVY, speed, 10.0, 3.0, 0)
+    assert np.diff(place.arc[12:]) == pytest.approx(4 * speed * sample)
 
 
 @pytest.fixture(scope="module")
@@ -83,20 +91,29 @@ def by_hand(ground):
                 )
         return out
 
-    value, settled = np.full(offset.size, GIVEN_UP), steps(SETTLED)
-    for _ in range(ground.problem.pushes_max - SETTLED):
+    most = ground.problem.pushes_max
+    known = min(SETTLED, most - 1)
+    value, settled = np.full(offset.size, GIVEN_UP), steps(known)
+    for _ in range(most - known):
         value = np.min([time + step @ value for time, step in settled], axis=0)
     table = [value]
-    for seen in reversed(range(SETTLED)):
+    for seen in reversed(range(known)):
         table.insert(0, np.min([time + step @ table[0] for time, step in steps(seen)], axis=0))
     return np.array(table)
 
 
-def test_value_is_that_of_plain_value_iteration():
-    ground = prepared(HEAVY, "scheduled", FEW, Size(16, 3), None, silent)
+@pytest.fixture(scope="module")
+def ground():
+    return prepared(HEAVY, "scheduled", FEW, Size(16, 3), None, silent)
+
+
+@pytest.mark.parametrize("most", [60, 3, 1])
+def test_value_is_that_of_plain_value_iteration(ground, most):
+    ground = replace(ground, problem=HEAVY.replace(pushes_max=most))
     strategy = solved(ground, None, silent)
-    value = strategy.dataset["value"].values.reshape(SETTLED + 1, -1)
+    value = strategy.dataset["value"].values.reshape(min(SETTLED, most - 1) + 1, -1)
     np.testing.assert_allclose(value, by_hand(ground), rtol=1e-10)
+    assert len(strategy.plot().axes) == 5
 
 
 def test_any_executor_gives_the_same_bits():

@@ -11,6 +11,7 @@ import hwsim
 from hwsim._live.prompt import SWITCH, hurry, leave
 from hwsim.opcua._bell import Bell
 
+pytestmark = pytest.mark.usefixtures("nothing_collected")
 UNIT = 1.5e-6  # s; the interpreter cuts intervals off to whole microseconds
 
 

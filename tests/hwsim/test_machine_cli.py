@@ -19,7 +19,7 @@ from hwsim.cli import main
 from hwsim.command._run_folder import RunFolder
 from sdpgrind import plunge
 
-pytestmark = pytest.mark.usefixtures("sketched")
+pytestmark = pytest.mark.usefixtures("sketched", "nothing_collected")
 PROBLEM = plunge.preset("simulation").replace(stock=0.02)  # mm; a short part
 ANY = "opc.tcp://127.0.0.1:0"
 OPEN = ["--security", "none"]

@@ -387,3 +387,19 @@ def test_a_machine_that_is_not_ours_needs_a_table(plc):
         ValueError, match=f"nodes must be given for {plc.url}, which is no machine of hwsim.serve"
     ):
         hwsim.OpcuaPlant(plc.url, security="none")
+
+
+def test_servers_share_no_node_of_the_standard():
+    """Nodes of the standard are copied when they are first asked for: no server may write into those of all."""
+
+    async def levels():
+        servers = [Server(iserver=StandardNodes()) for _ in range(2)]
+        for server in servers:
+            await server.init()
+        first, other = (server.get_node(ua.ObjectIds.Server_ServiceLevel) for server in servers)
+        await first.write_value(7, ua.VariantType.Byte)
+        await first.delete_reference(ua.ObjectIds.Server, ua.ObjectIds.HasProperty, forward=False)
+        return [(await node.read_value(), len(await node.get_references())) for node in (first, other)]
+
+    (level, references), other = asyncio.run(levels())
+    assert level == 7 and other == (255, references + 1)

@@ -349,6 +349,7 @@ def hurried(monkeypatch):
     told = []
     monkeypatch.setattr(series, "hurry", lambda: told.append("hurry"))
     monkeypatch.setattr(series, "leave", lambda: told.append("leave"))
+    monkeypatch.setattr(series.gc, "collect", lambda: 0)  # a second among all tests; looked at below
     return told
 
 

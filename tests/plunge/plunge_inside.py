@@ -12,6 +12,7 @@ from sdpgrind.plunge._identify import cycles as cycles
 from sdpgrind.plunge._identify import machine_fit as machine_fit
 from sdpgrind.plunge._identify import machine_model as machine_model
 from sdpgrind.plunge._identify import machine_start as machine_start
+from sdpgrind.plunge._identify import rounding as rounding
 from sdpgrind.plunge._identify import time_constant as time_constant
 from sdpgrind.plunge._identify.declared_units import refuse_other_units as refuse_other_units
 from sdpgrind.plunge._identify.sharpness import samples as samples

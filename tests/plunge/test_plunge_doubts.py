@@ -246,14 +246,22 @@ def test_a_law_that_is_not_told_is_said():
     assert "contact_zero, normal_force_ratio and wear_flat_area hold with the deflection" in said
 
 
-def test_a_linear_lag_as_advised_is_the_only_lag_of_the_problem():
-    """The call of the sentence, run: lag of the model and time constant of the controller are one."""
+def test_where_a_linear_lag_fits_the_advice_plans_no_part_by_the_deflection():
+    """Scaled to such lags it planned parts 4.1 to 4.7 um out of round where 3 are allowed, some burnt 7 um deep."""
+    true = NOMINAL.replace(linear_time_constant=1.4, wear_flat_area=0.03)
     data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))
-    (said,) = [s for s in NOMINAL.doubts(data).sentences if "replace(linear_time_constant=" in s]
-    call = said[said.index("problem.replace(") : said.index(" puts a linear lag")]
-    advised = eval(call, {"problem": NOMINAL, "plunge": plunge, "log": data})
-    assert advised.time_constant == advised.model.linear_time_constant
-    assert advised.time_constant == plunge.identify(data, "time_constant")["time_constant"]
+    (cycle,) = cycles.cycles(data)
+    rate = contact.course(cycle, true.model).infeed_rate
+    data["grinding_power"] = np.where(rate > 0, true.model.grinding_power(np.maximum(rate, 1e-9)), 0.0)
+    (said,) = [s for s in NOMINAL.doubts(data).sentences if s.startswith("To plan with")]
+    called = {"problem": NOMINAL, "plunge": plunge, "log": data}
+    exec(said[said.index("problem = ") : said.index(";")], called)
+    linear = called["problem"]
+    (said,) = [s for s in linear.doubts(data).sentences if s.startswith("To plan with")]
+    advised = eval(said[said.index("problem.updated") : -1], called)
+    assert advised.time_constant == advised.model.linear_time_constant == pytest.approx(1.4, rel=3e-3)
+    assert advised.model.wear_flat_area == pytest.approx(0.03, rel=3e-3)
+    assert plunge.plan(advised).time == pytest.approx(plunge.plan(true).time, rel=2e-3)
 
 
 def test_an_interval_ends_at_zero_and_has_no_plan_there():
@@ -271,13 +279,13 @@ def test_an_interval_ends_at_zero_and_has_no_plan_there():
 
 
 def test_the_plan_follows_what_doubts_say_of_the_lag():
-    """By `updated`, and as a linear lag by `replace`, as the sentence says it."""
+    """By `updated`; and as the linear lag that the sentence puts into a model whose deflection does not fit."""
     data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))
     tau = plunge.identify(data, "time_constant")
     doubts = NOMINAL.doubts(data)
     assert any(f"problem.replace(linear_time_constant={tau.value[0]:.4g})" in s for s in doubts.sentences)
     (stake,) = [stake for stake in doubts.stakes if stake.name == "time_constant"]
-    low = NOMINAL.updated(tau.replace(value=np.array([stake.low])))
+    low = NOMINAL.replace(linear_time_constant=stake.low)
     assert stake.at_low == pytest.approx(plunge.plan(low).time)
     assert plunge.plan(NOMINAL.updated(tau)).time < 0.97 * plunge.plan(NOMINAL).time
     assert EXPERIMENT.updated(tau).model.linear_time_constant == tau["time_constant"]

@@ -34,7 +34,7 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
         [start[0], start[1], start[2], start[2], np.inf, start[3], start[0], start[0], start[1], start[1]]
     )
     alike = ALIKE * start[4]
-    balls, known = np.zeros((_BALLS, 3)), 0
+    balls, known = np.zeros((_BALLS, 3)), np.int64(0)  # a literal would compile `_climb` twice
     lists, sizes = np.empty((_LEVELS + 1, x.size), dtype=np.int32), np.zeros(_LEVELS + 1, dtype=np.int64)
     for k in range(x.size):
         lists[0, k] = k

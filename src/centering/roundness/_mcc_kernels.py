@@ -16,7 +16,7 @@ def smallest_circle(x, y, tolerance, basis):
     """
     basis[0] = extremes(x, y, x[0], y[0])[0]
     basis[1] = extremes(x, y, x[basis[0]], y[basis[0]])[0]
-    size = 2
+    size = np.int64(2)  # a literal would compile `_grow` twice
     cx, cy, radius = _two(x, y, basis[0], basis[1])
     far, most, _, _ = extremes(x, y, cx, cy)
     for _ in range(_STEPS):

@@ -30,10 +30,8 @@ def zone(x, y, cx, cy, tolerance, basis):
             best, bx, by = most - least, cx, cy
         if most - outer <= tolerance and inner - least <= tolerance:
             return cx, cy, most - least, _parting(x, y, cx, cy, basis[0], basis[1], basis[2], basis[3]) >= 0.0
-        if most - outer >= inner - least:
-            cx, cy = _enter(x, y, cx, cy, far, basis, 0)
-        else:
-            cx, cy = _enter(x, y, cx, cy, near, basis, 2)
+        new, side = (far, 0) if most - outer >= inner - least else (near, 2)
+        cx, cy = _enter(x, y, cx, cy, new, basis, side)
     return bx, by, best, False
 
 

@@ -25,10 +25,10 @@ def robust_gaussian(values: Floats, cut_off: float, sweeps: int | None = None) -
     """
     window = _window(values.size, cut_off)
     scale = float(np.ptp(values))
-    now = _fitted(values, np.ones_like(values), window, values)
+    now = _fitted(values, np.ones_like(values), window, values.copy())  # writable, as those that follow
     for _ in range(_MOST if sweeps is None else sweeps):
         residual = values - now
-        bound = _BOUND * float(np.median(np.abs(residual)))
+        bound = _BOUND * _median(np.abs(residual))
         if bound < _STILL * scale:
             return now
         before, now = now, _fitted(values, _weights(residual, bound), window, now)
@@ -49,6 +49,14 @@ def _window(size: int, cut_off: float) -> Complex:
     distance = place * cut_off / (WIDTH * size)
     weight = np.exp(-np.pi * distance**2)
     return np.conj(np.fft.rfft(weight * distance ** np.arange(5)[:, None]))
+
+
+def _median(sizes: Floats) -> float:
+    """`numpy.median` of finite values to the bit, in a fifth of its time for 360; they are put in order."""
+    high = sizes.size // 2
+    low = high - 1 + sizes.size % 2
+    sizes.partition((low, high))
+    return 0.5 * float(sizes[low] + sizes[high])
 
 
 def _fitted(values: Floats, weight: Floats, window: Complex, before: Floats) -> Floats:

@@ -1,17 +1,18 @@
 """Estimate of a ring with its form: lobes resemble an offset until enough of the rim was measured."""
 
 from dataclasses import dataclass
-from math import cos, hypot, inf, isfinite, sin, sqrt
+from math import cos, hypot, inf, isfinite, pi, sin, sqrt
 
 import numpy as np
 from scipy.special import stdtrit
 
+from centering.circle._estimator import slots
 from centering.circle._estimator.noise_kernels import correlation
 from centering.cycle._measuring.form_kernels import SIZE, forget_center, lobes_at, residuals, solve
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
-_KEPT = 256  # chosen: stored readings
+_KEPT = 256  # chosen: stored readings; of a slow table they are thinned, so that they span a turn
 _FREEDOM = 10.0  # chosen: degrees of freedom of the prior noise
 _CHANGED = 1.15  # chosen: ratio of the noise that triggers a new solution
 _SHARE = 0.9995  # derived: quantile of a two-sided 99.9 % interval
@@ -128,10 +129,21 @@ class RingFilter:
     def take(self, angle: float, reading: float, used: bool) -> None:
         """Store a reading: angle of the spindle, rad, and rim, mm; `used` may change later."""
         if self._count == _KEPT:
-            self._rows[:-1] = self._rows[1:].copy()
+            dropped = self._superfluous()
+            self._rows[dropped:-1] = self._rows[dropped + 1 :].copy()
             self._count -= 1
         self._rows[self._count] = angle, reading + self._tip, used
         self._count += 1
+
+    def _superfluous(self) -> int:
+        """Stored reading that is missed least: the oldest if the others span a turn, else the densest.
+
+        Lobes pass for an offset while less than a turn is known. The latest readings may be sorted anew.
+        """
+        angles = self._rows[: _KEPT - slots.RING, 0]
+        if self._rows[-1, 0] - angles[1] >= 2.0 * pi:
+            return 0
+        return 1 + int(np.argmin(angles[2:] - angles[:-2]))
 
     def use(self, used: Floats) -> None:
         """Set which of the latest readings are used; older ones are not."""

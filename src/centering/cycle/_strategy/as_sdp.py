@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.belief import FrictionScaleBelief
-from centering.cycle._strategy.cycle_times import WORTH
+from centering.cycle._strategy.cycle_times import evidence_after
 from centering.cycle._strategy.draw_kernels import all_draws
 from centering.cycle._strategy.outcomes import OutcomeTable
 from centering.cycle._strategy.timing import CycleTiming
@@ -183,7 +183,7 @@ class KindOfPush:
             (table.travel[k], table.mean_travel[k], table.contact_time[k], table.grid, int(table.last[k])),
             (ground.speeds, ground.finish),
             (
-                belief.sd(WORTH * seen),
+                belief.sd(evidence_after(seen, belief.push_sd)),
                 belief.push_sd,
                 float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd)),
             ),

@@ -36,7 +36,7 @@ def plot(strategy: "Strategy") -> Any:
 def _draw_value(ax: Any, strategy: "Strategy", data: Any) -> None:
     """Expected time before any push, and with well-known friction."""
     offset, middle = 1e3 * data.offset.values, data.sizes["friction"] // 2
-    for pushes, style in ((0, "-"), (data.sizes["pushes"] - 1, "--")):
+    for pushes, style in zip(sorted({0, data.sizes["pushes"] - 1}), ("-", "--"), strict=False):
         ax.semilogx(
             offset,
             data["value"].values[pushes, :, middle],
@@ -53,11 +53,11 @@ def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
     """Best kind of push over offset and believed friction."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    count = len(strategy.kinds)
+    count, seen = len(strategy.kinds), min(1, data.sizes["pushes"] - 1)
     colors = ListedColormap(_colours(strategy.kinds))
     norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
     image = ax.pcolormesh(
-        1e3 * data.offset, data.friction, data["kind"].values[1].T, cmap=colors, norm=norm, rasterized=True
+        1e3 * data.offset, data.friction, data["kind"].values[seen].T, cmap=colors, norm=norm, rasterized=True
     )
     bar = ax.figure.colorbar(image, ax=ax, ticks=range(count))
     bar.ax.set_yticklabels([kind.name for kind in strategy.kinds], fontsize=8)
@@ -66,7 +66,7 @@ def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
         xlim=(None, 1e3 * strategy.problem.offset_max),
         xlabel="offset [µm]",
         ylabel="believed friction over the model's",
-        title="best push, 1 push seen",
+        title=f"best push, {'1 push' if seen else 'no push'} seen",
     )
 
 

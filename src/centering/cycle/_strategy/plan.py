@@ -112,24 +112,31 @@ def prepared(
 
 def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) -> Strategy:
     """Compute the strategy: first with a settled belief, then backward to the first push."""
+    first = min(SETTLED, ground.problem.pushes_max - 1)
+    further = ground.problem.pushes_max - first
     given_up = sdp.Stop("given up", _given_up, allowed=_no_more)
-    further = max(1, ground.problem.pushes_max - SETTLED)
-    settled = sdp.plan(
-        sdp.Problem(
-            ground.axes, moves(ground, SETTLED, False), [given_up], sdp.Stages(further, 1.0, "unseen", "")
-        ),
-        executor=executor,
-        progress=_named(portion(tell, _SHARES[1], _SHARES[2]), "the pushes after the first ones"),
-    )
-    done = sdp.Stop("seen", _Settled(settled), allowed=_no_more)
-    first = sdp.plan(
-        sdp.Problem(
-            ground.axes, moves(ground, SETTLED, True), [done], sdp.Stages(SETTLED, 1.0, "unseen", "")
-        ),
-        executor=executor,
-        progress=_named(portion(tell, _SHARES[2], _SHARES[3]), "the first pushes"),
-    )
-    return Strategy(ground.problem, ground.outcomes, ground.speeds, _joined(ground.size, settled, first))
+    named = _named(portion(tell, _SHARES[1], _SHARES[2]), "the pushes after the first ones")
+    policies = [_staged(ground, first, further, given_up, False, executor, named)]
+    if first:
+        seen = sdp.Stop("seen", _Settled(policies[0]), allowed=_no_more)
+        named = _named(portion(tell, _SHARES[2], _SHARES[3]), "the first pushes")
+        policies.append(_staged(ground, first, first, seen, True, executor, named))
+    return Strategy(ground.problem, ground.outcomes, ground.speeds, _joined(ground.size, *policies))
+
+
+def _staged(
+    ground: StrategyGround,
+    settled: int,
+    stages: int,
+    end: sdp.Stop,
+    timed: bool,
+    executor: Executor | None,
+    tell: Progress,
+) -> sdp.Policy:
+    """Policy of so many pushes until an end; the belief settles after `settled` of them."""
+    count = sdp.Stages(stages, 1.0, "unseen", "")
+    problem = sdp.Problem(ground.axes, moves(ground, settled, timed), [end], count)
+    return sdp.plan(problem, executor=executor, progress=tell)
 
 
 def _named(tell: Progress, name: str) -> Progress:
@@ -156,12 +163,17 @@ def _no_more(s: Any) -> Any:
     return s.unseen < 0.5
 
 
-def _joined(size: Size, settled: sdp.Policy, first: sdp.Policy) -> tuple[Floats, Floats, Floats]:
+def _joined(
+    size: Size, settled: sdp.Policy, first: sdp.Policy | None = None
+) -> tuple[Floats, Floats, Floats]:
     """Value, kind and share [pushes seen, offset, friction] of both policies."""
-    shape = (SETTLED + 1, *size)
-    tables = [first.table, settled.table]
-    rows = [(0, SETTLED - n) for n in range(SETTLED)] + [(1, -1)]
+    tables = [(settled.table, -1)]
+    if first is not None:
+        stages = range(first.table.value.shape[0] - 1, 0, -1)
+        tables = [*((first.table, stage) for stage in stages), *tables]
     value, kind, entry = (
-        np.stack([getattr(tables[t], name)[row, 0] for t, row in rows]) for name in ("value", "best", "entry")
+        np.stack([getattr(table, name)[row, 0] for table, row in tables])
+        for name in ("value", "best", "entry")
     )
+    shape = (len(tables), *size)
     return value.reshape(shape), kind.reshape(shape).astype(np.int64), FRACTIONS[entry].reshape(shape)

@@ -12,7 +12,6 @@ from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.limit_curve import needed
 from centering.cycle._strategy.outcomes import OutcomeTable
 from centering.cycle._strategy.simulation import Followed, Parts
-from centering.cycle._strategy.timing import table_limit
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
@@ -176,7 +175,8 @@ def _row(strategy: Doubted, factor: float, runs: int, random: np.random.Generato
     start = most * (_NEAREST + (1.0 - _NEAREST) * (np.arange(runs) + random.uniform(size=runs)) / runs)
     parts = _LookedUp(strategy, start, random, factor)
     found = parts.run()
-    time = found.time + np.where(parts.thrown, [strategy.timing.start_time(float(d)) for d in start], 0.0)
+    time = found.time.copy()
+    time[parts.thrown] += [strategy.timing.start_time(float(d)) for d in start[parts.thrown]]
     return (
         float(time.mean()),
         float(np.quantile(time, _MANY)),
@@ -208,9 +208,7 @@ class _LookedUp(Parts):
 
 def _held(strategy: Doubted, offset: float, phase: float) -> float:
     """Friction mu g (mm/s^2) that holds a ring up to its `first_push` (mm, rad)."""
-    problem, timing = strategy.problem, strategy.timing
-    limit, angle = table_limit(problem), timing.first_angle(offset, phase)
-    speeds, _, turned = limit.run_up(offset, timing.speed(offset))
-    there = speeds[turned <= angle]
-    rates = limit.accelerations(offset, there)
-    return float(needed(offset * np.hypot(there**2, rates), rates * problem.model.part.radius).max())
+    there = strategy.timing.first_speeds(offset, phase)
+    rates = strategy.timing.limit.accelerations(offset, there)
+    radius = strategy.problem.model.part.radius
+    return float(needed(offset * np.hypot(there**2, rates), rates * radius).max())

@@ -7,6 +7,7 @@ import numpy as np
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.belief import Belief, PushEvidence
 from centering.cycle._strategy.choice import PushChoice
+from centering.cycle._strategy.cycle_times import FORCE_SHOWS
 from centering.cycle._strategy.density import prior
 from centering.cycle._strategy.draw_kernels import push_once
 from centering.cycle._strategy.outcomes import FRICTION_SCALES, pushing_time, scaled
@@ -19,7 +20,6 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 
 _LONG = 1.0  # mm, chosen: the turning table changes the travel of a longer push, as in `CenteringController`
-_FORCE_SHOWS = 0.07  # derived: 5 % of the sum of forces, which grows by 0.75 of it per unit of friction
 _LEAST_SHARE = 0.1  # chosen: of the greatest offset: where parts begin unless told
 
 
@@ -136,8 +136,8 @@ class Parts:
         friction, evidence, weights = self.beliefs[k]
         shown = None
         if evidence == 0.0 or choice.aim > _LONG:
-            felt = self._friction(k, unit) + _FORCE_SHOWS * unit[4]
-            shown = PushEvidence(FRICTION_SCALES[None], np.array([_FORCE_SHOWS]), np.array([felt]))
+            felt = self._friction(k, unit) + FORCE_SHOWS * unit[4]
+            shown = PushEvidence(FRICTION_SCALES[None], np.array([FORCE_SHOWS]), np.array([felt]))
         self.beliefs[k] = self.strategy.update_belief(
             friction, evidence, choice, seen, weights=weights, shown=shown
         )

@@ -19,6 +19,7 @@ _STEADY = 0.8  # chosen: share of the friction for turning alone; more leaves to
 _REACH = 60.0  # mm/s, chosen: how fast the rim may come toward the tip, so that the tip outruns it
 _SLOWEST = 0.05  # chosen: share of the friction for a change of speed where turning uses up the rest
 _SPEEDS = 64  # chosen: nodes of the speed in a run-up; twice as many change its time by less than 0.1 %
+_SHARES = np.linspace(0.0, 1.0, _SPEEDS + 1)
 
 
 def least_friction(problem: CenteringProblem) -> float:
@@ -93,10 +94,12 @@ class TableLimit(Frozen):
 
         The acceleration is the greatest at the offset (mm) all along.
         """
-        speeds = np.linspace(0.0, speed, _SPEEDS + 1)
+        speeds, (times, angles) = speed * _SHARES, np.zeros((2, _SPEEDS + 1))
         middle, step = 0.5 * (speeds[1:] + speeds[:-1]), speed / _SPEEDS
         taken = step / self.accelerations(offset, middle)
-        return speeds, np.append(0.0, np.cumsum(taken)), np.append(0.0, np.cumsum(taken * middle))
+        np.cumsum(taken, out=times[1:])
+        np.cumsum(taken * middle, out=angles[1:])
+        return speeds, times, angles
 
     def turning_time(self, angle: float, offset: float, speed: float) -> float:
         """Return the time (s) in which a table at rest turns by an angle (rad), in a `run_up` and after."""

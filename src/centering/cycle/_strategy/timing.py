@@ -51,7 +51,8 @@ class CycleTiming(Frozen):
         Times from the turning point of the tip, by kind of push, s: until the table changes its speed, the
         first reading of a part at rest, the first decision; and time of the fewest readings.
     rate : array, (P, N)
-        Acceleration of the table after a push, by the number of pushes before, rad/s^2.
+        Acceleration of the table after a push, by the number of pushes before, rad/s^2: what a push shows of
+        friction is known only once the part is measured again.
     """
 
     problem: CenteringProblem
@@ -68,6 +69,11 @@ class CycleTiming(Frozen):
         return self.problem.limits.sample_time
 
     @cached_property
+    def limit(self) -> TableLimit:
+        """Speeds (rad/s) and rates (rad/s^2) that hold a part before a push has shown its friction."""
+        return table_limit(self.problem)
+
+    @cached_property
     def before(self) -> Floats:
         """Mean table speed at a push, (P, F, N), rad/s: by pushes before and rotation until the first one."""
         each = [2.0 * pi * (np.array([0.25, 0.75]) + k) / FIRSTS for k in range(FIRSTS)]
@@ -75,7 +81,7 @@ class CycleTiming(Frozen):
         found, held = [np.array(first)], float(np.median(self.after[:, 0]))
         came = np.array([[self._at(row, 0.5 * self.problem.offset_max)] for row in found[0]])
         begun = np.minimum(found[0], came)
-        for rates in self.rate[1:]:
+        for rates in self.rate[:-1]:
             begun = np.array([_mean_reached(row, self.speeds, rates, held, self.lead) for row in begun])
             found.append(begun)
         return np.array(found)
@@ -84,7 +90,7 @@ class CycleTiming(Frozen):
         """Return the times of a kind of push after `pushes` for `all_draws` (s, rad, rad/s, rad/s^2)."""
         seen, then = min(pushes, SETTLED), min(pushes + 1, SETTLED)
         tip = tuple(self.after[kind].tolist())
-        turned = self.arc[then], self.final_arc[then], self.before[seen], self.rate[then]
+        turned = self.arc[then], self.final_arc[then], self.before[seen], self.rate[seen]
         return tip, self.lead + LATEST * self._sample, self.lead, *turned
 
     def start_time(self, offset: float) -> float:
@@ -100,13 +106,19 @@ class CycleTiming(Frozen):
         time, speed, _ = self._first_pushes(offset, np.array([phase]))
         return float(time[0]), float(speed[0])
 
-    def first_angle(self, offset: float, phase: float) -> float:
-        """Return the rotation until the `first_push` at an `offset` (mm) and a `phase` (rad), rad."""
-        return float(self._first_pushes(offset, np.array([phase]))[2][0])
+    def first_speeds(self, offset: float, phase: float) -> Floats:
+        """Return speeds (rad/s) of the run-up to the `first_push`, of an offset (mm) and a phase (rad)."""
+        speeds, _, turned = way = self._run_up(offset)
+        return np.asarray(speeds[turned <= self._first_pushes(offset, np.array([phase]), way)[2]])
 
-    def _first_pushes(self, offset: float, phases: Floats) -> tuple[Floats, Floats, Floats]:
-        limits, goal = self.problem.limits, self.speed(offset)
-        speeds, times, turned = table_limit(self.problem).run_up(offset, goal)
+    def _run_up(self, offset: float) -> tuple[Floats, Floats, Floats]:
+        return self.limit.run_up(offset, self.speed(offset))
+
+    def _first_pushes(
+        self, offset: float, phases: Floats, way: tuple[Floats, Floats, Floats] | None = None
+    ) -> tuple[Floats, Floats, Floats]:
+        limits, (speeds, times, turned) = self.problem.limits, way or self._run_up(offset)
+        goal = speeds[-1]
         arc, lead = self._at(self.arc[0, 0], offset), self._at(self.lead, offset)
         known = np.interp(np.sqrt(arc), np.sqrt(turned), times) + max(arc - turned[-1], 0.0) / goal
         there = rest_to_rest(limits.follow_gap, limits.slide_speed_max, limits.acceleration_max)
@@ -122,7 +134,14 @@ class CycleTiming(Frozen):
 
     def _at(self, values: Floats, offset: float) -> float:
         """Value at an offset (mm), between the nodes."""
-        return float(np.interp(np.log(max(offset, self.offsets[0])), np.log(self.offsets), values))
+        return float(np.interp(self._place(offset), self._nodes, values))
+
+    def _place(self, offset: float) -> float:
+        return float(np.log(max(offset, self.offsets[0])))
+
+    @cached_property
+    def _nodes(self) -> Floats:
+        return np.log(self.offsets)
 
     def next_push(
         self,
@@ -155,7 +174,8 @@ class CycleTiming(Frozen):
         """
         tip, launch, lead, arcs, _, _, rates = self.of_kind(kind, pushes)
         columns = self.speeds, rates, arcs[_part_of_turn(first)], launch, lead
-        there = [self._at(each, offset) for each in columns]
+        place, nodes = self._place(offset), self._nodes
+        there = [float(np.interp(place, nodes, each)) for each in columns]
         time, reached = push_to_push(phase, RESTING * pressed, tip, before, *there)
         return float(time), float(reached)
 

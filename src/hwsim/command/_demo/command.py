@@ -58,7 +58,7 @@ def _steps(out: Path) -> Iterator[str]:
     doubts = problem.doubts(log)
     yield f"2. What it says about the machine\n\n{doubts}\n"
     lag = plunge.identify(log, "time_constant")
-    mine = problem.updated(lag)
+    mine = problem.replace(linear_time_constant=lag["time_constant"])  # as the doubts advise
     plan = plunge.plan(mine)
     yield f"3. The fastest cycle for this machine\n\n{plan}\n"
     run = hwsim.run(hwsim.PlungeGrinder(mine), plunge.CycleController(mine), parts=PARTS, rng=0)

@@ -48,7 +48,6 @@ HINTS = {
 _IDENTIFY = 'plunge.identify(log, "time_constant")'
 _AREA = 'plunge.identify(log, "wear_flat_area", problem=problem)'
 _RATIO = 'plunge.identify(log, "normal_force_ratio", problem=problem)'
-_LAG = "with the time constant for the lag"
 _ON_THE_DEFLECTION = (contact.CONTACT[0], contact.RATIO[0], sharpness.NAME)
 _MISFIT = "a model whose deflection fits the sizes; a linear lag fits these better"
 
@@ -62,14 +61,15 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
     aligned = alignment.of_cycles(usable, reader.commands_at) if usable else None
     deflected = of_model(problem, usable)
     law = law_of(aligned.fit, deflected) if aligned and deflected else None
-    by_model = law is not None and law.best == MODEL
+    misfits = law is not None and law.sure and law.best != MODEL
+    by_model = law is not None and not misfits
     if aligned and deflected and by_model:
         aligned = alignment.by_model(aligned, usable, reader.commands_at, problem, deflected)
     of = contact.secant if by_model else lambda cycle, _: by_output_error(cycle)
     tau = mean_of_parts(each, lambda cycle: of(cycle, problem), NAME, UNIT)
     area = _area(problem, each)
     told = _told(problem, each, tau, area, _SAME if by_model else _LINEAR)
-    if law and law.sure and not by_model:
+    if misfits:
         told = [_not_to_rely_on(row) for row in told]
     model = complete(told, problem.model, HINTS)
     measured = {row.name for row in model if row.measured}
@@ -79,7 +79,6 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
         problem,
         [row for row in model if row.note != _SAME],
         (lambda: sharp.updated(lag)) if lag.ok else None,
-        _LAG if contact.RATIO[0] in measured and not by_model else "",
     )
     sentences = [fault(cycle) for cycle in each if fault(cycle)]
     if aligned:
@@ -87,10 +86,11 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
             alignment_sentence(aligned.alignment, reader.commands_at, NAME, aligned.time_constants, UNIT)
         ]
         sentences += of_readings(usable, aligned.fit, deflected if by_model else None)
-        sentences += of_models(usable, aligned.fit, deflected)
         sentences += against_the_problem(problem, usable, figure)
-        sentences += _into_the_plan(problem, lag, sharp is not problem)
-        sentences += experiments.sentences(usable, aligned, tau)
+        if not aligned.alignment.sure or aligned.alignment.preferred == reader.commands_at:
+            sentences += of_models(usable, aligned.fit, deflected)
+            sentences += _into_the_plan(problem, lag, sharp is not problem)
+            sentences += experiments.sentences(usable, aligned, tau)
     return Doubts(
         _subject(each), (*model, *reader.rows), sentences, aligned and aligned.alignment, figure, stakes
     )
@@ -111,21 +111,19 @@ def _into_the_plan(problem: CycleProblem, lag: Estimate, sharp: bool) -> list[st
     if not lag.ok:
         return []
     by_model = lag.names == contact.RATIO[:1]
-    if by_model and sharp:
-        (call,) = to_plan_with([_AREA])
+    if not by_model and problem.model.linear_time_constant is None:
+        linear = f"problem = problem.replace(linear_time_constant={lag.value[0]:.4g})"
         return [
-            f"{call.removesuffix('.')}, as sharp; then sharp.updated({_RATIO.replace('=problem', '=sharp')}):"
-            f" with the area told here the ratio is {lag.value[0]:.4g}."
+            f"To plan with what the data tell: {linear}; then problem.doubts(log) tells the rest (log: what"
+            " was given here). The deflection of the model fits at no scale: parts planned by it may burn and"
+            " be out of round."
         ]
-    (call,) = to_plan_with([*[_AREA] * sharp, _RATIO if by_model else _IDENTIFY])
-    if by_model:
-        return [call]
-    if problem.model.linear_time_constant is not None:
-        return [call]
-    linear = f"problem.replace(linear_time_constant={lag.value[0]:.4g}).updated({_IDENTIFY})"
+    if not (by_model and sharp):
+        return to_plan_with([*[_AREA] * sharp, _RATIO if by_model else _IDENTIFY])
+    (call,) = to_plan_with([_AREA])
     return [
-        f"{call} It scales the deflection of the model to the time constant; {linear} puts a linear lag in"
-        " its place, for the plan and the controller."
+        f"{call.removesuffix('.')}, as sharp; then sharp.updated({_RATIO.replace('=problem', '=sharp')}):"
+        f" with the area told here the ratio is {lag.value[0]:.4g}."
     ]
 
 

@@ -158,27 +158,23 @@ def _all_covariances(fit: MachineFit, left: list[int]) -> Floats:
 
 
 def _covariance(fit: MachineFit) -> Floats:
-    """Covariance of the fitted values, by the noise that the residuals show, and the rounding at rest."""
+    """Covariance of the fitted values, by the noise that the residuals show and the rounding of the gauge."""
     u, s, vt = np.linalg.svd(fit.slopes_there(), full_matrices=False)
-    root = vt.T * (fit.scales()[:, None] / s)
-    white = fit.residual(fit.vector())
-    by_noise = float(white @ white) / (white.size - fit.count) * root @ root.T
-    return np.asarray(by_noise + sum(_rounded(fit, root @ u.T)))
+    return np.asarray(sum(_by_part(fit, (vt.T * (fit.scales()[:, None] / s)) @ u.T)))
 
 
-def _rounded(fit: MachineFit, weights: Floats) -> Iterator[Floats]:
-    """Covariance of the fitted values by the gauge of each part, for the weights of the white residuals."""
-    begin = 0
+def _by_part(fit: MachineFit, weights: Floats) -> Iterator[Floats]:
+    """Covariance of the fitted values by size and power of each part, for the weights of the residuals."""
+    begin, sd, rho = 0, fit.noise.sd[0], fit.noise.correlation[0]
     for each in fit.parts:
-        size, power = int(each.sized.sum()), int(each.powered.sum())
-        apart, sd, rho = each.channels()[0][3], fit.noise.sd[0], fit.noise.correlation[0]
-        back = serial.filtered_back(weights[:, begin : begin + size], rho, apart)
-        read, moved = each.cycle.size[each.sized], back / sd
+        read, apart = each.cycle.size[each.sized], each.channels()[0][3]
+        middle = begin + read.size
+        end = middle + int(each.powered.sum())
+        by_size, by_power = weights[:, begin:middle], weights[:, middle:end]
         own = rounding.unrounded(rho, read, sd, fit.count)
-        beside = rounding.covariance(read, moved, apart, own, rho, sd)
-        taken = rounding.covariance(read, moved, apart, rho, rho, sd)  # that by the residuals as they are
-        yield beside - taken + rounding.by_weights(read, moved)
-        begin += size + power
+        moved = fit.noise.white_back(by_size, 0, apart) / sd
+        yield rounding.covariance(read, moved, apart, own, rho, sd) + by_power @ by_power.T
+        begin = end
 
 
 def _residuals(fit: MachineFit) -> Any:

@@ -87,6 +87,19 @@ class ChannelNoise(NamedTuple):
     sd: tuple[float, float]
     correlation: tuple[float, float] = (0.0, 0.0)
 
+    def white(self, off: Floats, channel: int, apart: Floats) -> Floats:
+        """Residuals of variance 1 in a channel (0: size, 1: power) without their correlation, of variance 1.
+
+        What a filter leaves of noise varies less than the noise: unscaled, it would weigh less than it tells.
+        """
+        rho = self.correlation[channel]
+        return serial.filtered(off, rho, apart) / float(np.sqrt(1 - rho**2))
+
+    def white_back(self, weights: Floats, channel: int, apart: Floats) -> Floats:
+        """Transpose of `white`: weights of the residuals, of those of what it makes of them."""
+        rho = self.correlation[channel]
+        return serial.filtered_back(weights, rho, apart) / float(np.sqrt(1 - rho**2))
+
 
 class Residuals(NamedTuple):
     """Residuals over their standard deviations, of size and of power, each over all parts."""
@@ -168,7 +181,7 @@ class MachineFit:
             response, sds = self.model.response(self.parts[part].line, values), self.standard(part)
             for k, read, rows, apart in self.parts[part].channels():
                 off = (read - response[rows, k]) / sds[k]
-                found.append(serial.filtered(off, self.noise.correlation[k], apart) if white else off)
+                found.append(self.noise.white(off, k, apart) if white else off)
         return np.concatenate(found)
 
     def slopes_there(self) -> Floats:
@@ -201,7 +214,7 @@ class MachineFit:
         moved.append(np.tile([1.0, 0.0], (len(base), 1)))  # the offset of the gauge
         columns = np.stack(moved)
         rows = [
-            serial.filtered(-columns[:, rows, k] / sds[k], self.noise.correlation[k], apart)
+            self.noise.white(-columns[:, rows, k] / sds[k], k, apart)
             for k, _, rows, apart in reads.channels()
         ]
         return np.concatenate(rows, axis=1).T

@@ -30,8 +30,6 @@ def widened(found: Estimate, cycle: Cycle, residual: Callable[[Floats], Floats])
     white = serial.filtered(slopes, rho, apart)
     back = serial.filtered_back(white, rho, apart)
     weights = np.asarray(np.linalg.lstsq(white @ white.T, back, rcond=None)[0], dtype=float)
-    if own == rho:
-        return found.replace(covariance=found.covariance + by_weights(size, weights))
     freedom = serial.effective(size.size, found.value.size, own)
     return found.replace(
         covariance=covariance(size, weights, apart, own, rho, found.noise_sd), freedom=freedom
@@ -48,7 +46,7 @@ def covariance(
     poles = own ** apart[1:]
     before = np.array([lags(0.0, poles, poles * weight[:-1]) for weight in weights])
     alike = (rho / own if own > 0 else 0.0) * weights @ before.T
-    return np.asarray(noise_sd**2 * (weights @ weights.T + alike + alike.T) + by_weights(size, weights))
+    return np.asarray(noise_sd**2 * (weights @ weights.T + alike + alike.T) + _by_rests(size, weights))
 
 
 def unrounded(correlation: float, size: Floats, noise_sd: float, fitted: int) -> float:
@@ -80,8 +78,8 @@ def most(each: Sequence[Cycle]) -> float:
     return square / sum(int(cycle.read.sum()) for cycle in each)
 
 
-def by_weights(size: Floats, weights: Floats) -> Floats:
-    """Covariance by the rounding of runs of values that an error of each size (mm) moves by weights."""
+def _by_rests(size: Floats, weights: Floats) -> Floats:
+    """Covariance of such values by the rounding that the readings of each rest share."""
     starts, held = _runs(size)
     moved = np.add.reduceat(weights * held, starts, axis=1)
     return np.asarray(step_of(size) ** 2 / 12 * moved @ moved.T)
