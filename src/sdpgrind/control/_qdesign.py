@@ -56,7 +56,7 @@ class QLimits(Described):
 def q_design(
     plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, tolerance: float = 2e-3
 ) -> tuple[Sampled, float]:
-    """Return the filter Q of the largest bandwidth, and that bandwidth, by bisection over convex problems.
+    """Return the filter Q of the largest bandwidth, and that bandwidth, by a search over convex problems.
 
     T = P Q, S = 1 - P Q, C = Q/(1 - P Q); Q has `taps` coefficients whose sum is 1/P(1). The bandwidth is the
     largest f with abs(S(v)) <= 0.7071 v/f for all v <= f. cvxpy states the problems, Clarabel solves them.
@@ -70,7 +70,7 @@ def q_design(
     taps : int
         Number of coefficients, a whole number; the bandwidth grows with it to a limit.
     tolerance : float
-        Relative width at which the bisection stops, dimensionless.
+        Relative width at which the search stops, dimensionless.
 
     Returns
     -------
@@ -104,24 +104,32 @@ def q_design(
 
 
 def _largest(problem: "_Problem", start: float, tolerance: float) -> float:
-    """Largest feasible bandwidth, rad/s; `problem` keeps its coefficients."""
-    low, high = _bracket(problem, start)
+    """Largest feasible bandwidth, rad/s, by false position (Illinois); `problem` keeps its coefficients."""
+    low, below, high, above = _bracket(problem, start)
+    last = 0
     while high - low > tolerance * low:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if problem.reaches(middle) else (low, middle)
+        share = below / (below - above) if np.isfinite(above) else 0.5
+        least = 0.5 * tolerance * low  # so that the other side of the root is tried, too
+        middle = min(max(low + share * (high - low), low + least), high - least)
+        excess = problem.excess(middle)
+        if excess > 0.0:
+            high, above, below, last = middle, excess, 0.5 * below if last > 0 else below, 1
+        else:
+            low, below, above, last = middle, excess, 0.5 * above if last < 0 else above, -1
     return low
 
 
-def _bracket(problem: "_Problem", start: float) -> tuple[float, float]:
-    """Feasible and infeasible bandwidth, rad/s, a factor of 2 apart; searched from `start`."""
-    low = start
-    while not problem.reaches(low):
+def _bracket(problem: "_Problem", start: float) -> tuple[float, float, float, float]:
+    """Feasible and infeasible bandwidth, rad/s, a factor of 2 apart, each with its excess; from `start`."""
+    low, below = start, problem.excess(start)
+    while below > 0.0:
         low /= 4
         if low < 1e-3 * start:
             raise ValueError(f"limits leave no filter at all: bandwidth {low:.3g} rad/s cannot be reached")
-    while problem.reaches(2 * low):
-        low *= 2
-    return low, 2 * low
+        below = problem.excess(low)
+    while (above := problem.excess(2 * low)) <= 0.0:
+        low, below = 2 * low, above
+    return low, below, 2 * low, above
 
 
 class _Problem:
@@ -146,8 +154,11 @@ class _Problem:
             keep.append(_size(cp, rows, np.zeros(len(w)), self._q) <= limits.weighted_max * (1 - _SLACK))
         self._problem = cp.Problem(cp.Minimize(self._factor), keep)
 
-    def reaches(self, bandwidth: float) -> bool:
-        """Solve for one bandwidth, rad/s; keep the coefficients if it is feasible."""
+    def excess(self, bandwidth: float) -> float:
+        """Least factor of one bandwidth (rad/s) less that which is feasible; <= 0: the coefficients are kept.
+
+        It grows with the bandwidth. inf: there is none.
+        """
         slope = HALF_POWER * self._frequency / bandwidth
         # One point beyond: it holds up to the bandwidth.
         beyond = min(int(np.searchsorted(self._frequency, bandwidth)), len(self._frequency) - 1)
@@ -155,12 +166,12 @@ class _Problem:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # near the edge of what is feasible; the factor below decides
             self._problem.solve(solver="CLARABEL")
-        found = (
-            self._problem.status in ("optimal", "optimal_inaccurate") and self._factor.value <= 1 - _SLACK / 2
-        )
-        if found:
+        if self._problem.status not in ("optimal", "optimal_inaccurate"):
+            return np.inf
+        excess = float(self._factor.value) - (1 - _SLACK / 2)
+        if excess <= 0.0:
             self.coefficients: Floats = np.array(self._q.value)
-        return bool(found)
+        return excess
 
 
 def _frequencies(sample_time: float) -> Floats:

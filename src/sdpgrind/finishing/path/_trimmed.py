@@ -1,5 +1,6 @@
 """Passes and curves cut at the trimming of a patch."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -148,7 +149,7 @@ class TrimmedSquare:
         """Places between `low` and `high` where lines cross the trimming, by bisection."""
         return halved(low, high, lambda middle: np.asarray(self._on(middle, c) == first), HALVINGS)
 
-    def drawn(self, s: Floats, length: float, c: Floats, way: float) -> Floats:
+    def drawn(self, s: Floats, length: float | Floats, c: Floats, way: float) -> Floats:
         """Places a length (mm) along lines at c from places s."""
         out = s + way * length / self.speed(s, c)
         for _ in range(STEPS):
@@ -242,9 +243,7 @@ def _joined(
     region: TrimmedSquare, pair: tuple[Span, Span], ahead: bool, pitch: float, longest: float
 ) -> tuple[Span, Span] | None:
     """Both parts with ends that a straight move joins on the work, at most `longest`; None: none is found."""
-    for k in range(DRAWS + 1):
-        back = pitch / 2 * (k / DRAWS) ** 2
-        one, other = (_drawn_back(region, each, ahead, back) for each in pair)
+    for one, other in _drawn_back(region, pair, ahead, pitch):
         if min(one.high - one.low, other.high - other.low) <= 0.0:
             return None
         start, end = (each.at(each.end(ahead)) for each in (one, other))
@@ -287,11 +286,19 @@ def _straightened(region: TrimmedSquare, span: Span, bend: Floats, ahead: bool) 
     return span._replace(bends=np.concatenate(parts))
 
 
-def _drawn_back(region: TrimmedSquare, span: Span, ahead: bool, back: float) -> Span:
-    if not back:
-        return span
-    place, c = np.array([span.end(ahead)]), np.array([span.c])
-    end = float(region.drawn(place, back, c, -1.0 if ahead else 1.0)[0])
+def _drawn_back(
+    region: TrimmedSquare, pair: tuple[Span, Span], ahead: bool, pitch: float
+) -> Iterator[tuple[Span, Span]]:
+    """Both parts as they are, then with their ends drawn back, each time farther: up to half a pitch."""
+    yield pair
+    back = pitch / 2 * (np.arange(1, DRAWS + 1) / DRAWS) ** 2
+    s, c = np.repeat([(each.end(ahead), each.c) for each in pair], DRAWS, axis=0).T
+    drawn = region.drawn(s, np.tile(back, 2), c, -1.0 if ahead else 1.0)
+    for one, other in drawn.reshape(2, DRAWS).T.tolist():
+        yield _ended(pair[0], ahead, one), _ended(pair[1], ahead, other)
+
+
+def _ended(span: Span, ahead: bool, end: float) -> Span:
     return span._replace(high=end) if ahead else span._replace(low=end)
 
 

@@ -24,11 +24,14 @@ class Net(NamedTuple):
 
 def fitting(**arrays: Floats) -> None:
     """Refuse arrays whose shapes do not broadcast."""
+    shapes = [array.shape for array in arrays.values()]
+    if len(set(shapes)) == 1:
+        return
     try:
-        np.broadcast_shapes(*(array.shape for array in arrays.values()))
+        np.broadcast_shapes(*shapes)
     except ValueError:
-        shapes = " and ".join(str(array.shape) for array in arrays.values())
-        raise ValueError(f"{', '.join(arrays)} must be of shapes that fit together; got {shapes}") from None
+        got = " and ".join(map(str, shapes))
+        raise ValueError(f"{', '.join(arrays)} must be of shapes that fit together; got {got}") from None
 
 
 def homogeneous(points: Floats, weights: Floats | None) -> Floats:

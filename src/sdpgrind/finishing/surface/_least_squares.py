@@ -18,7 +18,7 @@ def control_points(uv: Floats, points: Floats, knots: Knots, degree: tuple[int, 
     nu, nv = (len(each) - p - 1 for each, p in zip(knots, degree, strict=True))
     band = np.zeros((nu * nv, max(degree[0], min(nu - 1, 2)) * nv + max(degree[1], 2) + 1))
     right = np.zeros((nu * nv, 3))
-    normal_equations(*knots, *degree, *uv, points, band, right)
+    normal_equations(*knots, *degree, *np.ascontiguousarray(uv), points, band, right)
     _add_bending(band.reshape(nu, nv, -1), BENDING * band[:, 0].mean(), knots, degree)
     try:
         found = solveh_banded(band.T, right, lower=True, overwrite_ab=True, overwrite_b=True)

@@ -52,7 +52,8 @@ def _motion(motion: Any, axis: TorqueAxis) -> tuple[Floats, Floats]:
     planned = getattr(getattr(motion, "problem", None), "lever_arm", axis.lever_arm)
     if planned != axis.lever_arm:
         raise checks.refuse("axis.lever_arm", f"that of the motion, {planned:g}", axis.lever_arm, "mm")
-    time = np.ascontiguousarray(checks.finite_array("motion.time", motion.time, "s"))
+    # a copy, as that of a motion is read-only: kernels are compiled for one kind of array
+    time = np.array(checks.finite_array("motion.time", motion.time, "s"), order="C")
     per_force = np.ascontiguousarray(
         checks.finite_array("motion.torque_per_force", motion.torque_per_force, "N m/N")
     )

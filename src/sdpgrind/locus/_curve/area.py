@@ -15,7 +15,7 @@ from sdpgrind.locus._curve.point import Point, named_point
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.system import System, system_of
 from sdpgrind.locus._trace.grid import TraceGrid
-from sdpgrind.locus._trace.pieces import kind_of, point_of
+from sdpgrind.locus._trace.pieces import ends_of, kind_of
 from sdpgrind.locus._trace.trace import Tracer, TraceRun
 
 
@@ -99,13 +99,11 @@ class Area(Plan):
                 f"{name} = {value:g}" for name, value in zip(self.problem.hidden_names, x, strict=True)
             )
             raise ValueError(f"hidden states must have a feasible point; none is known at {given}")
-        columns = [
-            (point_of(Tracer(self.system, place, 0), run.held, run.nodes[-1], run.tangents[-1]), run)
-            for run in found
-        ]
-        best, run = min(columns, key=lambda pair: float(pair[0].cost[0]))
+        ends = ends_of(Tracer(self.system, place, 0), found)
+        k = min(range(len(found)), key=ends.cost.tolist().__getitem__)
         states = dict(zip(self.problem.hidden_names, map(float, x), strict=True))
-        return named_point(self.problem, states, best, kind_of(run.held, self.system.n), clamped)
+        kind = kind_of(found[k].held, self.system.n)
+        return named_point(self.problem, states, ends.part(slice(k, k + 1)), kind, clamped)
 
     def _corners(self, place: Floats) -> list[tuple[int, ...]]:
         last = len(self._places) - 1

@@ -163,7 +163,16 @@ def columns(
 
 def point_of(tracer: Tracer, held: Ints, point: Floats, along: Floats) -> Columns:
     """Return the columns of one exact point; `along` is a tangent near it."""
-    return tabulate(tracer, [TraceRun(np.vstack([point, point]), np.vstack([along, along]), held)], [1])
+    return ends_of(tracer, [TraceRun(point[None], along[None], held)])
+
+
+def ends_of(tracer: Tracer, runs: Sequence[TraceRun]) -> Columns:
+    """Return the columns of the exact points at the ends of runs, a row each."""
+    ends = [
+        TraceRun(np.repeat(run.nodes[-1:], 2, axis=0), np.repeat(run.tangents[-1:], 2, axis=0), run.held)
+        for run in runs
+    ]
+    return tabulate(tracer, ends, [1] * len(ends))
 
 
 def pieces(

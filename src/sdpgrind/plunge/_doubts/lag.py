@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from sdpgrind.base import serial
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.plunge._identify.time_constant import RANGE
 from sdpgrind.plunge._plan.replay_kernels import lags
 
@@ -73,35 +73,52 @@ class LagFit(NamedTuple):
 
 def fitted(parts: Sequence[LagPart], rho: float) -> LagFit:
     """Least squares of the filtered residuals of all parts."""
+    each = [_rows(part) for part in parts]
 
     def square(logarithm: float) -> float:
-        return sum(_projected(part, float(np.exp(logarithm)), rho)[0] for part in parts)
+        return sum(_projected(rows, float(np.exp(logarithm)), rho)[0] for rows in each)
 
     grid = np.linspace(float(np.log(RANGE[0])), float(np.log(RANGE[1])), _GRID)
     best = int(np.argmin([square(each) for each in grid]))
     ends = grid[max(best - 1, 0)], grid[min(best + 1, _GRID - 1)]
     tau = float(np.exp(minimize_scalar(square, bounds=ends, method="bounded", options={"xatol": 1e-6}).x))
-    squares, values, residuals = zip(*(_projected(part, tau, rho) for part in parts), strict=True)
-    times = tuple(part.time[np.isfinite(part.size)] for part in parts)
+    squares, values, residuals = zip(*(_projected(rows, tau, rho) for rows in each), strict=True)
+    times = tuple(rows.part.time[rows.read] for rows in each)
     return LagFit(tuple(parts), tau, float(sum(squares)), rho, values, times, residuals)
 
 
-def _projected(part: LagPart, tau: float, rho: float) -> tuple[float, Floats, Floats]:
+class _LagRows(NamedTuple):
+    """What does not depend on the time constant: steps (s) and infeed (mm) of a part; rows that are read, and
+    steps between those over the median one.
+    """
+
+    part: LagPart
+    step: Floats
+    infeed: Floats
+    read: Bools
+    apart: Floats
+
+
+def _rows(part: LagPart) -> _LagRows:
+    step, read = np.diff(part.time), np.isfinite(part.size)
+    infeed = np.concatenate([[0.0], np.cumsum(part.command_rate[:-1] * step)])
+    return _LagRows(part, step, infeed, read, serial.gaps(part.time[read], int(read.sum())))
+
+
+def _projected(rows: _LagRows, tau: float, rho: float) -> tuple[float, Floats, Floats]:
     """Sum of squares (filtered), best contact zero and first deflection, residuals."""
-    read = np.isfinite(part.size)
-    target, columns = (part.size - _driven(part, tau))[read], _free(part, tau)[read]
-    white = _white(np.column_stack([target, columns]), part.time[read], rho)
+    target = (rows.part.size - _driven(rows, tau))[rows.read]
+    columns = _free(rows.part, tau)[rows.read]
+    white = _white(np.column_stack([target, columns]), rho, rows.apart)
     value, *_ = np.linalg.lstsq(white[:, 1:], white[:, 0], rcond=None)
     left = white[:, 0] - white[:, 1:] @ value
     return float(left @ left), np.asarray(value), np.asarray(target - columns @ value)
 
 
-def _driven(part: LagPart, tau: float) -> Floats:
+def _driven(rows: _LagRows, tau: float) -> Floats:
     """Size (mm) of a part that starts at 0 without deflection."""
-    step = np.diff(part.time)
-    pole = np.exp(-step / tau)
-    infeed = np.concatenate([[0.0], np.cumsum(part.command_rate[:-1] * step)])
-    return np.asarray(infeed - lags(0.0, pole, part.command_rate[:-1] * tau * (1 - pole)))
+    pole = np.exp(-rows.step / tau)
+    return np.asarray(rows.infeed - lags(0.0, pole, rows.part.command_rate[:-1] * tau * (1 - pole)))
 
 
 def _free(part: LagPart, tau: float) -> Floats:
@@ -109,19 +126,20 @@ def _free(part: LagPart, tau: float) -> Floats:
     return np.column_stack([np.ones(part.time.size), -np.exp(-(part.time - part.time[0]) / tau)])
 
 
-def _white(columns: Floats, time: Floats, rho: float) -> Floats:
-    apart = serial.gaps(time, time.size)
-    return np.column_stack([serial.filtered(column, rho, apart) for column in columns.T])
+def _white(columns: Floats, rho: float, apart: Floats) -> Floats:
+    return np.ascontiguousarray(serial.filtered(columns.T, rho, apart).T)
 
 
 def information(part: LagPart, value: Floats, tau: float, rho: float) -> float:
     """Information on the time constant (1/s^2, noise of filtered readings 1 mm), the other two unknown."""
+    rows = _rows(part)
     low, high = (
-        _driven(part, tau * (1 + change)) + _free(part, tau * (1 + change)) @ value
+        _driven(rows, tau * (1 + change)) + _free(part, tau * (1 + change)) @ value
         for change in (-_STEP, _STEP)
     )
     slope = (high - low) / (2 * _STEP * tau)
-    white = _white(np.column_stack([slope, _free(part, tau)]), part.time, rho)
+    apart = serial.gaps(part.time, part.time.size)
+    white = _white(np.column_stack([slope, _free(part, tau)]), rho, apart)
     across, *_ = np.linalg.lstsq(white[:, 1:], white[:, 0], rcond=None)
     left = white[:, 0] - white[:, 1:] @ across
     return float(left @ left)

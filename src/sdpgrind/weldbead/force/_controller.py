@@ -204,10 +204,18 @@ class ForceController(Stateful):
         force, height = self._known().at(time)
         return force, self._datum - height
 
+    def planned_along(self, time: Floats) -> tuple[Floats, Floats]:
+        """Return planned forces (N) and platform positions (mm) at many times (s) of the pass."""
+        force, height = self._known().along(time)
+        return force, self._datum - height
+
     def trajectory(self, samples: int) -> tuple[Floats, Floats]:
         """Return force (N) and position (mm) for `control_step` in the first `samples` of the pass."""
-        pairs = np.array([self._ahead(k * self.period) for k in range(checks.count("samples", samples))])
-        return np.ascontiguousarray(pairs[:, 0]), np.ascontiguousarray(pairs[:, 1])
+        time = self.period * np.arange(checks.count("samples", samples), dtype=float)
+        if self._feedforward:
+            return self.planned_along(time + self._lag)
+        force, _ = self.planned_along(time)
+        return force, np.full(force.shape, self._datum - float(self._known().fly_height[0]))
 
     def step(
         self,

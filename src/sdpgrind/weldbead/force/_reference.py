@@ -85,6 +85,11 @@ class ForceReference:
             return _between(time, k, times, force), _between(time, k, times, height)
         return 0.0, height[0] if time < times[0] else height[-1]
 
+    def along(self, time: Floats) -> tuple[Floats, Floats]:
+        """Planned forces (N) and heights (mm) at many times (s), to the bit those of `at`."""
+        force = np.interp(time, self.time, self.normal_force, left=0.0, right=0.0)
+        return force, np.interp(time, self.time, self.fly_height)
+
     def when(self, center_x: float) -> float:
         """Planned time, s, of a disc center at `center_x`, mm; extrapolated at the speeds of the ends."""
         times, _, _, x = self._lists

@@ -133,8 +133,8 @@ def _heights(surface: Callable[[Floats], Floats] | None, time: Floats) -> Floats
 
 def _contact(controller: ForceController, time: Floats) -> tuple[Floats, Floats]:
     """Planned force, N, and platform position at which contact begins, mm, at times, s."""
-    pairs = np.array([controller.planned(t) for t in time])
-    return pairs[:, 0], pairs[:, 1] - pairs[:, 0] / controller.loop.plant.contact_stiffness
+    force, position = controller.planned_along(time)
+    return force, position - force / controller.loop.plant.contact_stiffness
 
 
 def _run(
