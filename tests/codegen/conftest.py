@@ -16,6 +16,12 @@ def few_blocks():
 
 
 @pytest.fixture
+def few_blocks_here(monkeypatch):
+    """The same for one test of a file that runs the long run."""
+    monkeypatch.setattr(vectors, "BLOCKS", 2)
+
+
+@pytest.fixture
 def all_blocks(few_blocks, monkeypatch):
     """The long run as users have it."""
     monkeypatch.setattr(vectors, "BLOCKS", BLOCKS)

@@ -1,6 +1,8 @@
 """The estimator of a ring as C: bits of its kernels, results of `GeometryEstimator`, one for each setting."""
 
 import shutil
+from copy import deepcopy
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,18 +31,32 @@ def readings(rng, count, moved):
     return angle, reading
 
 
+def estimator_of(name):
+    return centering.GeometryEstimator(noise_sd=0.002, **SETTINGS[name])
+
+
+@pytest.fixture(scope="module")
+def exported(few_blocks, tmp_path_factory):
+    """The export of an estimator with some settings, made once."""
+    return cache(lambda name: sdpgrind.export(estimator_of(name), tmp_path_factory.mktemp("out") / "ring"))
+
+
+@pytest.fixture(scope="module")
+def compiled(exported):
+    """The plain one as a controller."""
+    return exported("plain").controller()
+
+
 @pytest.mark.parametrize("name", SETTINGS)
-def test_the_same_bits(tmp_path, name):
-    estimator = centering.GeometryEstimator(noise_sd=0.002, **SETTINGS[name])
-    made = sdpgrind.export(estimator, tmp_path / "ring")
+def test_the_same_bits(exported, name):
+    made = exported(name)
     found = made.check(3000, ["gcc"], levels=["-O2"], targets=())
     assert found.differing == 0, found.first
     assert made.manifest["stack"] >= max(found.stack.values())
 
 
-def test_the_results_of_the_estimator(tmp_path):
-    estimator = centering.GeometryEstimator(noise_sd=0.002)
-    c = sdpgrind.export(estimator, tmp_path / "ring").controller()
+def test_the_results_of_the_estimator(compiled):
+    estimator, c = estimator_of("plain"), deepcopy(compiled)
     for angle, reading in zip(*readings(np.random.default_rng(1), 240, 2.0), strict=True):
         found = c.step(angle=angle, reading=reading)
         estimator.update(angle=angle, reading=reading)
@@ -56,9 +72,9 @@ def test_the_results_of_the_estimator(tmp_path):
         c.step(angle=np.nan, reading=60.0)
 
 
-def test_readings_that_are_refused_within_their_range(tmp_path):
+def test_readings_that_are_refused_within_their_range(compiled):
     """The meanings say both; a refusal does not put them on the range."""
-    c = sdpgrind.export(centering.GeometryEstimator(noise_sd=0.002), tmp_path / "ring").controller()
+    c = deepcopy(compiled)
     angle, reading = c._recipe.inputs.values()
     assert "a jump of more than a turn" in angle.meaning and "0 is refused" in reading.meaning
     with pytest.raises(ValueError, match="as their meanings in the header say"):

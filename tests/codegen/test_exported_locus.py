@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import warnings
 from dataclasses import replace
+from functools import cache
 
 import casadi
 import numpy as np
@@ -42,9 +43,26 @@ def controller(name):
         return locus.LocusController(locus.plan(locus.preset(preset)), along=along, **options)
 
 
+@pytest.fixture(scope="module")
+def exported(few_blocks, tmp_path_factory):
+    """The export of a case, made once."""
+    return cache(lambda name: sdpgrind.export(controller(name), tmp_path_factory.mktemp("out") / "walk"))
+
+
+@pytest.fixture(scope="module")
+def inverted(few_blocks, tmp_path_factory):
+    """The inversion of a preset and its export, made once."""
+
+    def made(preset):
+        inversion = locus.plan(locus.preset(preset)).inversion()
+        return inversion, sdpgrind.export(inversion, tmp_path_factory.mktemp("out") / "x")
+
+    return cache(made)
+
+
 @pytest.mark.parametrize("name", CASES)
-def test_the_same_bits(tmp_path, name):
-    made = sdpgrind.export(controller(name), tmp_path / "walk")
+def test_the_same_bits(exported, name):
+    made = exported(name)
     found = made.check(STEPS, ["gcc"], levels=["-O2"], targets=())
     assert found.status == "equal" and found.differing == 0, found.first
     assert made.promise == NONE and made.manifest["stack"] >= found.stack["-O2"] > 0
@@ -53,9 +71,8 @@ def test_the_same_bits(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ["scheduled", "printed", "lagging"])
-def test_parts_in_the_loop(tmp_path, name):
-    walking = controller(name)
-    made = sdpgrind.export(walking, tmp_path / "walk")
+def test_parts_in_the_loop(exported, name):
+    walking, made = controller(name), exported(name)
     grinder = hwsim.AdaptiveGrinder(walking.curve.problem)
     log, wanted = (hwsim.run(grinder, one, parts=2, rng=0) for one in (made.controller(), walking))
     assert log.outcome.identical(wanted.outcome)
@@ -63,9 +80,8 @@ def test_parts_in_the_loop(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ["scheduled", "fixed"])
-def test_commands_and_reports_are_those_of_the_controller(tmp_path, name):
-    walking = controller(name)
-    c = sdpgrind.export(walking, tmp_path / "walk").controller()
+def test_commands_and_reports_are_those_of_the_controller(exported, name):
+    walking, c = controller(name), exported(name).controller()
     assert (c.period, c.reads, c.commands, c.reports, c.job) == (
         walking.period, walking.reads, walking.commands, walking.reports, walking.job,
     )  # fmt: skip
@@ -85,10 +101,9 @@ def test_commands_and_reports_are_those_of_the_controller(tmp_path, name):
         assert c.report() == pytest.approx(walking.report(), rel=0.0, abs=0.0, nan_ok=True)
 
 
-def test_an_exceeded_limit_is_a_status(tmp_path):
+def test_an_exceeded_limit_is_a_status(exported):
     """The library warns; no reading, and one that waits, has a status of its own."""
-    walking = controller("scheduled")
-    c = sdpgrind.export(walking, tmp_path / "walk").controller()
+    walking, c = controller("scheduled"), exported("scheduled").controller()
     found = []
     with pytest.warns(UserWarning, match="the limit has been exceeded in 20 readings in a row"):
         for _ in range(40):
@@ -156,9 +171,8 @@ def test_a_stretch_whose_limit_is_python(tmp_path):
 
 
 @pytest.mark.parametrize("preset", ["grinding", "turning", "koren-example", "motor"])
-def test_an_inversion_has_the_same_bits(tmp_path, preset):
-    inversion = locus.plan(locus.preset(preset)).inversion()
-    made = sdpgrind.export(inversion, tmp_path / "x")
+def test_an_inversion_has_the_same_bits(inverted, preset):
+    _, made = inverted(preset)
     found = made.check(STEPS, ["gcc"], levels=["-O2"], targets=())
     assert found.status == "equal" and found.differing == 0, found.first
     assert made.manifest["stack"] >= found.stack["-O2"] > 0
@@ -166,9 +180,9 @@ def test_an_inversion_has_the_same_bits(tmp_path, preset):
     assert run["written_out"]
 
 
-def test_an_inversion_answers_as_the_library(tmp_path):
-    inversion = locus.plan(locus.preset("grinding")).inversion()
-    c = sdpgrind.export(inversion, tmp_path / "x").controller()
+def test_an_inversion_answers_as_the_library(inverted):
+    inversion, made = inverted("grinding")
+    c = made.controller()
     assert c.reads == {"grinding_power": "W", "infeed_rate": "mm/s", "work_rotation": "rad/s"}
     assert c.commands == {"wear_flat_area": "1", "infeed_rate_at": "mm/s", "work_rotation_at": "rad/s"}
     statuses = set()

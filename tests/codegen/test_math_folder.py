@@ -227,6 +227,7 @@ def test_a_unit_carries_the_functions(tmp_path):
 
 
 @needs_gcc
+@pytest.mark.usefixtures("few_blocks_here")
 def test_plunge_in_the_loop(tmp_path):
     """Commands differ in last digits, sizes by no more than these do.
 

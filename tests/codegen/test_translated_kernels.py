@@ -9,6 +9,7 @@ import pytest
 from codegen_inside import compilers, identical
 
 import sdpgrind
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.codegen import Recipe, Signal
 
 pytestmark = pytest.mark.usefixtures("few_blocks")
@@ -47,6 +48,26 @@ def test_a_construct(tmp_path, kernel):
         3000, ["gcc"], levels=["-O0", "-O2"], targets=()
     )
     assert found.status == "equal" and found.differing == 0, found.first
+
+
+@compiled
+def _nth(x, k):
+    return x[k]
+
+
+@compiled
+def narrow(state, which, x, out):
+    out[0] = _nth(state, 1) + _nth(state, which[0])
+    return 0
+
+
+def test_no_kernel_is_compiled_for_its_translation(tmp_path):
+    """In C whole numbers are wider than the literal and the number of 8 bits that the library hands over."""
+    for one in (_nth, narrow):
+        one._cache.disable()
+    thing = Recipe("c", narrow, {"x": ""}, {"y": ""}, law=(np.array([2], np.int8),), state=np.zeros(3))
+    sdpgrind.export(thing, tmp_path / "thing")
+    assert len(_nth.overloads) == 2
 
 
 @gcc

@@ -225,6 +225,17 @@ def coarse(monkeypatch):
     monkeypatch.setattr(weldbead, "plan", partial(weldbead.plan, tolerance=1e-3))
 
 
+@pytest.fixture
+def few(monkeypatch):
+    """Two parts tell whether it runs; the source's controller turns the table for minutes on each heavy part."""
+    import hwsim
+
+    compare = hwsim.compare
+    monkeypatch.setattr(
+        hwsim, "compare", lambda *said, parts, **more: compare(*said, parts=min(parts, 2), **more)
+    )
+
+
 def test_the_tour_runs_as_written(elsewhere, coarse):
     names: dict = {}
     exec(compile(TOUR, "tour", "exec"), names)
@@ -279,7 +290,7 @@ def test_the_tour_of_the_locus_runs_as_written(elsewhere):
     assert not list(elsewhere.iterdir())
 
 
-def test_the_tour_of_finishing_runs_as_written(elsewhere, capsys):
+def test_the_tour_of_finishing_runs_as_written(elsewhere, few, capsys):
     names: dict = {}
     exec(compile(FINISHING, "finishing", "exec"), names)
     motion, outcome = names["motion"], names["log"].outcome
@@ -314,17 +325,6 @@ def test_the_tour_of_centering_runs_as_written(elsewhere):
     assert names["clean"].roundness("MZC").value < names["clean"].roundness("LSC").value < 6e-3
     assert sdpgrind.load("ring.nc") == names["clean"]
     assert [path.name for path in elsewhere.iterdir()] == ["ring.nc"]
-
-
-@pytest.fixture
-def few(monkeypatch):
-    """Two parts tell whether it runs; the source's controller turns the table for minutes on each heavy part."""
-    import hwsim
-
-    compare = hwsim.compare
-    monkeypatch.setattr(
-        hwsim, "compare", lambda *said, parts, **more: compare(*said, parts=min(parts, 2), **more)
-    )
 
 
 @pytest.mark.filterwarnings("ignore:the tolerance of:UserWarning")  # slow pushes move the heavy part by more

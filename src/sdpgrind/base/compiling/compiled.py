@@ -15,7 +15,7 @@ from typing import Any, NoReturn, overload
 from numba.core import config
 from numba.core.registry import CPUDispatcher
 
-from sdpgrind.base.compiling.kernel_cache import KernelCache
+from sdpgrind.base.compiling.kernel_cache import KernelCache, alike
 from sdpgrind.base.compiling.kernel_library import LinkedCompiler
 from sdpgrind.base.compiling.kernel_references import KernelCompiler
 
@@ -36,11 +36,16 @@ class Kernel(CPUDispatcher):
             return super().compile(sig)
 
     def result_type(self, sig: Any) -> Any:
-        """Return numba's type of the result for types of arguments; the code is loaded only where it must."""
-        found = None if sig in self.overloads else self._cache.result_type(sig, self.targetctx)
+        """Return numba's type of the result for types of arguments, of whatever width its whole numbers are.
+
+        Code is compiled only where there is none for arguments that are alike, and loaded only where it must.
+        """
+        made: Any = {alike(one): found for one, found in self.overloads.items()}.get(alike(sig))
+        found = None if made else self._cache.result_type(sig, self.targetctx)
         if found is None:
-            self.compile(sig)
-            made: Any = self.overloads[sig]
+            if made is None:
+                self.compile(sig)
+                made = self.overloads[sig]
             found = made.signature.return_type
         return found
 

@@ -5,12 +5,13 @@ numba's own stamp is that of the kernel's file and misses edits in other modules
 
 import pickle
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba.core import sigutils
+from numba.core import sigutils, types
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache, _Cache
 
 from sdpgrind.base.compiling.compile_line import listen
@@ -51,7 +52,7 @@ class KernelCache(_Cache):
         return found
 
     def result_type(self, sig: Any, target_context: Any) -> Any:
-        """Return numba's type of the result for a signature, without its machine code; None: not on disk."""
+        """Return numba's type of the result for types that are `alike`, without code; None: not on disk."""
         files = self._files()
         with suppress(EOFError, pickle.UnpicklingError, ImportError, AttributeError, OSError):
             return files.result_type(sig, target_context) if isinstance(files, _Files) else None
@@ -109,9 +110,10 @@ class _Files(FunctionCache):
         return None if found is None else self._impl.rebuild(target_context, found)
 
     def result_type(self, sig: Any, target_context: Any) -> Any:
-        """Return the type of the result for a signature; None: it is not on disk."""
-        found = self._kept(sig, target_context)
-        return None if found is None else found[_SIGNATURE].return_type
+        """Return the type of the result for types that are `alike`; None: it is not on disk."""
+        same = [key[0] for key in self._cache_file._load_index() if alike(key[0]) == alike(sig)]
+        kept = (self._kept(one, target_context) for one in same)
+        return next((found[_SIGNATURE].return_type for found in kept if found is not None), None)
 
     def _kept(self, sig: Any, target_context: Any) -> Any:
         key = self._index_key(sig, target_context.codegen())
@@ -123,6 +125,23 @@ class _Files(FunctionCache):
             self._impl.locator.ensure_cache_path()
             key = self._index_key(sig, data.codegen)
             self._cache_file.save(key, (key, self._impl.reduce(data)))
+
+
+def alike(sig: Iterable[Any]) -> tuple[Any, ...]:
+    """Return what of the types of arguments decides on that of a result, but for the width of whole numbers.
+
+    A literal, the width of a number with a sign, and the layout of an array do not.
+    """
+    return tuple(map(_plain, sig))
+
+
+def _plain(kind: Any) -> Any:
+    kind = types.unliteral(kind)
+    if isinstance(kind, types.BaseTuple):
+        return getattr(kind, "instance_class", tuple), alike(getattr(kind, "types", ()))
+    if isinstance(kind, types.Array):
+        return types.Array, _plain(kind.dtype), kind.ndim
+    return types.int64 if getattr(kind, "signed", False) else kind
 
 
 def _file_name(kernel: Any, number: int, stamp: str) -> str:

@@ -14,7 +14,7 @@ from sdpgrind.codegen._proof.foreign import other_functions
 from sdpgrind.codegen._proof.library import Library, sizes_of
 from sdpgrind.codegen._proof.program import ProgramRun
 from sdpgrind.codegen._proof.reference import COMPILERS
-from sdpgrind.codegen._proof.stack import stack_of
+from sdpgrind.codegen._proof.stack import TELLING, stack_of, stack_told
 from sdpgrind.codegen._recipe import Recipe
 
 TARGETS = ("sanitizers", "aarch64", "armhf")
@@ -56,10 +56,11 @@ class Builds:
         self._sizes = sizes_of(recipe)
         self.builds: dict[str, Runner] = {}
         self.most: dict[str, float] = {}
+        self._stacks: dict[str, int | None] = {}
 
     def add_library(self, compiler: str, level: str) -> None:
         """Add a shared library of a compiler at a level."""
-        library = Library(self._source, self._place(), self._name, self._sizes, compiler, *level.split())
+        library = self._gcc(level) if compiler == "gcc" else self._library(self._place(), compiler, level)
         self._add(f"{compiler} {level}", library, np.inf)
 
     def add_targets(self, there: Sequence[str], targets: Sequence[str]) -> list[str]:
@@ -76,8 +77,24 @@ class Builds:
 
     def stack(self, levels: Sequence[str]) -> dict[str, int]:
         """Return the bytes of stack of a step by gcc, by level."""
-        found = {level: stack_of("gcc", self._source, self._place(), self._name, level) for level in levels}
+        found = {level: self._stacks.get(level) or self._stack_of(level) for level in levels}
         return {level: size for level, size in found.items() if size is not None}
+
+    def _gcc(self, level: str) -> Library:
+        """Return the library of gcc, which tells the stack where it knows the flags."""
+        place = self._place()
+        try:
+            library = self._library(place, "gcc", level, *TELLING)
+        except RuntimeError:
+            return self._library(place, "gcc", level)
+        self._stacks[level] = stack_told(place, self._name)
+        return library
+
+    def _library(self, place: Path, compiler: str, level: str, *flags: str) -> Library:
+        return Library(self._source, place, self._name, self._sizes, compiler, *level.split(), *flags)
+
+    def _stack_of(self, level: str) -> int | None:
+        return stack_of("gcc", self._source, self._place(), self._name, level)
 
     def _place(self) -> Path:
         return Path(tempfile.mkdtemp(dir=self._folder))

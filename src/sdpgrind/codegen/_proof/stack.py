@@ -1,6 +1,7 @@
 """Stack of an export as gcc lays it out: the deepest sum of frames along the calls."""
 
 import re
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -12,14 +13,20 @@ _NODE = re.compile(
 _EDGE = re.compile(r'edge: \{ sourcename: "(?:[^":]*:)?([^"]+)" targetname: "(?:[^":]*:)?([^"]+)"')
 
 
+TELLING = ("-fstack-usage", "-fcallgraph-info=su")
+"""Flags by which gcc, since its version 10, writes frames and calls beside what it builds."""
+
+
 def stack_of(compiler: str, source: Path, folder: Path, name: str, level: str = "-O2") -> int | None:
     """Return the bytes of stack of a step; None where the compiler does not tell."""
-    try:
-        flags = ("-c", "-fstack-usage", "-fcallgraph-info=su", level)
-        compiled(compiler, [source / f"{name}.c"], folder / f"{name}.o", *flags)
-    except RuntimeError:
-        return None
-    told = [path.read_text() for path in folder.glob("*.ci")]
+    with suppress(RuntimeError):
+        compiled(compiler, [source / f"{name}.c"], folder / f"{name}.o", "-c", *TELLING, *level.split())
+    return stack_told(folder, name)
+
+
+def stack_told(folder: Path, name: str) -> int | None:
+    """Return the bytes of stack of a step that was built in a folder; None: nothing is told of it."""
+    told = [path.read_text() for path in folder.glob("*.ci") if path.stem.rpartition("-")[2] == name]
     return _deepest("".join(told), f"{name}_step") if told else None
 
 

@@ -15,7 +15,7 @@ from sdpgrind.base.compiling.compiled import Kernel
 from sdpgrind.codegen._translate.body import CLine, merged, without_unused
 from sdpgrind.codegen._translate.prototypes import declared
 from sdpgrind.codegen._translate.reads import Reads
-from sdpgrind.codegen._translate.refusals import KernelSource, check_options
+from sdpgrind.codegen._translate.refusals import KernelSource, check_options, source_of
 from sdpgrind.codegen._translate.runtime import AT_MACRO, TAKEN, guarded, helper_text, helpers_in_order
 from sdpgrind.codegen._translate.statements import Statements
 from sdpgrind.codegen._translate.tables import ConstantTable
@@ -224,7 +224,7 @@ class CProgram:
 
     def _source(self, kernel: Kernel) -> KernelSource:
         if kernel not in self._sources:
-            self._sources[kernel] = KernelSource(kernel, self.written_out.get(kernel, ""))
+            self._sources[kernel] = source_of(kernel, self.written_out.get(kernel, ""))
         return self._sources[kernel]
 
     def _translated(self, kernel: Kernel, kinds: tuple[Type, ...], numbers: Numbers, at: Any) -> Function:

@@ -2,8 +2,10 @@
 
 import ast
 import inspect
+from functools import cached_property
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 
 class RefusedKernelError(ValueError):
@@ -67,7 +69,7 @@ class KernelSource:
         self.read = {one.id for one in names if isinstance(one.ctx, ast.Load)}
         self.read |= {one.id for one in updated if isinstance(one, ast.Name)}
 
-    @property
+    @cached_property
     def tested(self) -> set[str]:
         """Names that are compared with a constant, or whose truth is asked, by themselves."""
         found: set[str] = set()
@@ -102,6 +104,18 @@ class KernelSource:
         """Return the error for a construct that has no translation."""
         construct, remedy = WORDS.get(type(node), (type(node).__name__, "see the subset in the docs"))
         return self.refused(node, construct, remedy)
+
+
+_sources: WeakKeyDictionary[Any, KernelSource] = WeakKeyDictionary()
+
+
+def source_of(kernel: Any, text: str) -> KernelSource:
+    """Return the source of a kernel, which is read once for all exports; a text in its place is read anew."""
+    if text:
+        return KernelSource(kernel, text)
+    if kernel not in _sources:
+        _sources[kernel] = KernelSource(kernel)
+    return _sources[kernel]
 
 
 def shown_file(function: Any) -> str:

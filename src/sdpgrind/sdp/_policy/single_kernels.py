@@ -21,7 +21,7 @@ HOLD, REFUSE, STOP, CHARGED = range(4)
 CONTROL, ACT, ENTRY = 2, 4, 5  # derived: columns of `lines` behind the cost at both ends; two of control
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _row_of(stages, time):
     """Slice of a stage coordinate; -1: none. NaN has none."""
     if stages[ENDLESS] != 0.0:
@@ -35,13 +35,13 @@ def _row_of(stages, time):
     return int(max(below - stages[FIRST], 0.0))
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _late(stages, time):
     """Whether the slice of a stage coordinate serves others, too, and lacks their late charge."""
     return stages[ENDLESS] == 0.0 and np.floor(time / stages[STEP] + ROUNDING) < stages[LOWEST]
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _even(axis, x):
     """Coordinate in which the nodes are even; a cell below them where it has no logarithm."""
     if axis[LOG] == 0.0:
@@ -49,14 +49,14 @@ def _even(axis, x):
     return np.log(x) if x > 0.0 else axis[ORIGIN] - axis[SPACING]
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _evens(frame, shape, x, y, z):
     second = _even(frame[2], y) if shape.size > 1 else y
     third = _even(frame[3], z) if shape.size > 2 else z
     return _even(frame[1], x), second, third
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _position(axis, nodes, x, even):
     """Position on an axis (cells), and whether it is found, outside or refused."""
     if not np.isfinite(x):  # guard
@@ -72,7 +72,7 @@ def _position(axis, nodes, x, even):
     return index, FOUND
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _located(frame, shape, time, x, y, z, evens, index):
     """Fill `index` (axes, 1) by the position; return the slice, and how the state is found."""
     row, state = _row_of(frame[0], time), FOUND
@@ -83,7 +83,7 @@ def _located(frame, shape, time, x, y, z, evens, index):
     return row, REFUSED if row < 0 else state  # guard
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _place(frame, shape, at, mode, time, x, y, z, evens, index):
     """`_located`, and UNREAD in a cell whose lines are not known."""
     row, state = _located(frame, shape, time, x, y, z, evens, index)

@@ -80,7 +80,7 @@ def _crossed(table, row, mode, index):
     return _numbered(table.first, table.cells, row * table.code.shape[1] + mode, cell), part
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _decoded(coding, number, stored):
     return coding[number, 0] + coding[number, 1] * stored
 
@@ -108,7 +108,7 @@ def _lowest_line(table, number, part):
     return line, low
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy")
 def _move_of(table, code):
     return int(code) if code < 0 else int(table.move[code])
 
