@@ -114,8 +114,8 @@ def _into_the_plan(problem: CycleProblem, lag: Estimate, sharp: bool) -> list[st
     if not by_model and problem.model.linear_time_constant is None:
         linear = f"problem = problem.replace(linear_time_constant={lag.value[0]:.4g})"
         return [
-            f"To plan with what the data tell: {linear}; then problem.doubts(log) tells the rest (log: what"
-            " was given here). The deflection of the model fits at no scale: parts planned by it may burn and"
+            f"To plan with what the data tell: {linear}; then problem.doubts(log), with the log given here,"
+            " tells the rest. The deflection of the model fits at no scale: parts planned by it may burn and"
             " be out of round."
         ]
     if not (by_model and sharp):
