@@ -38,6 +38,8 @@ def test_it_ends_with_what_it_found(shown):
     assert not run.burned.values.any() and not run.out_of_round.values.any()
     plan = sdpgrind.load(out / "cycle.nc")
     assert f"plan     {plan.time:.2f} s a part" in last[2]
+    why = "reads the size alone, and sharpness and deflection stay known to 0.1 and 0.1 of their value"
+    assert why in (out / "report.html").read_text(encoding="utf-8")  # of the time beyond the plan
 
 
 def test_the_readme_shows_its_last_lines(shown):

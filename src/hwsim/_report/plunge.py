@@ -33,11 +33,22 @@ def reasons(log: Any, plan: Any) -> dict[str, str]:
     margin = f"{UM * plan.safety_margin:.2g} µm were planned"
     kept = f"the least distance between damage and size was {least}, where {margin}"
     time = outcome.time.values
-    found = f"{kept}, and reads size and power with noise"
+    found = f"{kept}{_reading(plan.problem)}"
     learns = (log.made_of or {}).get("adapt") is not None
     if learns and len(log) > 1:
         found += f"; {time[0]:.4g} s in the first part, before it had learned, {time[1:].mean():.4g} s after"
     return {"time": found, "part_slack": kept, "roundness": _last_rate(log, plan)}
+
+
+def _reading(problem: Any) -> str:
+    """What the controller reads, and what stays in doubt during a part."""
+    if problem.model.linear_time_constant is None:
+        return ", and reads size and power with noise"
+    doubts = problem.uncertainty
+    return (
+        ": where the lag is linear the controller reads the size alone, and sharpness and deflection stay known"
+        f" to {doubts.sharpness_sd:.3g} and {doubts.deflection_sd:.3g} of their value (standard deviations)"
+    )
 
 
 def _last_rate(log: Any, plan: Any) -> str:
