@@ -46,8 +46,8 @@ def _reading(problem: Any) -> str:
         return ", and reads size and power with noise"
     doubts = problem.uncertainty
     return (
-        ": where the lag is linear the controller reads the size alone, and sharpness and deflection stay known"
-        f" to {doubts.sharpness_sd:.3g} and {doubts.deflection_sd:.3g} of their value (standard deviations)"
+        ": where the lag is linear the controller reads the size alone, and sharpness and deflection stay"
+        f" known to {doubts.sharpness_sd:.3g} and {doubts.deflection_sd:.3g} of their value (standard deviations)"
     )
 
 
