@@ -44,10 +44,10 @@ def _reading(problem: Any) -> str:
     """What the controller reads, and what stays in doubt during a part."""
     if problem.model.linear_time_constant is None:
         return ", and reads size and power with noise"
-    doubts = problem.uncertainty
+    sharpness, deflection = problem.uncertainty.sharpness_sd, problem.uncertainty.deflection_sd
     return (
         ": where the lag is linear the controller reads the size alone, and sharpness and deflection stay"
-        f" known to {doubts.sharpness_sd:.3g} and {doubts.deflection_sd:.3g} of their value (standard deviations)"
+        f" known to {sharpness:.3g} and {deflection:.3g} of their value (standard deviations)"
     )
 
 
