@@ -11,6 +11,7 @@ from hwsim._report.charged import charges_of, meanings_of
 from hwsim._report.log_page import _count
 from hwsim._report.worst import mean_and_worst
 from hwsim.command._weldbead import report as terminal
+from sdpgrind.plunge import preset
 
 
 def log_of(outcomes, controller=None, **more):
@@ -109,8 +110,10 @@ def test_the_slack_of_a_plunge_page_names_its_least():
             return 2
 
     outcome = log_of({"part_slack": [0.0058, 0.0023], "time": [12.0, 13.0]}).outcome
-    plan = SimpleNamespace(safety_margin=0.0, trajectory=SimpleNamespace(infeed_rate=[0.0026]))
+    trajectory = SimpleNamespace(infeed_rate=[0.0026])
+    plan = SimpleNamespace(safety_margin=0.0, trajectory=trajectory, problem=preset("simulation"))
     told = plunge.reasons(Log(outcome=outcome, made_of=None), plan)
+    assert told["time"].endswith("and reads size and power with noise")
     assert "4.05 µm on average, 2.3 µm in part 1, the worst, where 0 µm were planned" in told["part_slack"]
     assert "2.5 µm/s on average by the controller" in told["roundness"]
 
