@@ -11,9 +11,7 @@ _ROWS = 200  # chosen: rows that are compared; more tell a forgotten factor no b
 _LEAST_ROWS = 10  # chosen: fewer tell no lag
 _MOVED = 0.1  # chosen: of the way; a size that moves later than that does not follow it
 _BACK = 0.05  # chosen: of the way; less is noise of a rate that was measured
-_LAGS = (
-    40  # chosen: time constants from a step to the whole, a third apart in a record with a pause of an hour
-)
+_LAGS = 40  # chosen: time constants from a step to the whole; a third apart where a pause of an hour is in it
 _NEAR = np.geomspace(0.8, 1.25, 15)  # chosen: of the best of them, 3 % apart
 _MISFIT = 0.05  # chosen: of the travel, up to which a lag of first order explains a size
 _NOISE = 1.5  # chosen: of the noise, which alone leaves 1
