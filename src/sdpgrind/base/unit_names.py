@@ -52,14 +52,7 @@ _LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "nm": "1e-9"} | dict.fromkeys
 _INCHES = {"in": "0.0254", "thou": "0.0000254"} | dict.fromkeys(("uin", "µin", "μin"), "0.0000000254")
 _SECONDS = dict.fromkeys(("s", "sec", "Sek"), "1") | dict.fromkeys(("ms", "msec"), "0.001") | {"ns": "1e-9"}
 _MICROSECONDS = dict.fromkeys(("us", "µs", "μs", "usec"), "1e-6")
-_FORCES: dict[str, str | Fraction] = {
-    "N": "1",
-    "kN": "1000",
-    "daN": "10",
-    "lbf": _POUND,
-    "kp": _KILOPOND,
-    "kgf": _KILOPOND,
-}
+_KILOPONDS = dict.fromkeys(("kp", "kgf"), _KILOPOND)
 _KILOWATTS = dict.fromkeys(("kW", "kw", "KW"), "1000")
 _HORSES = {"hp": 550 * _FOOT * _POUND, "PS": 75 * _KILOPOND}
 _ARCS = {"arcmin": _TURN / 21600, "arcsec": _TURN / 1296000}
@@ -68,9 +61,9 @@ _RADIANS = {"rad": "1", "mrad": "0.001"} | dict.fromkeys(("urad", "µrad", "μra
 _FEET_A_MINUTE = dict.fromkeys(("fpm", "sfm", "sfpm", "SFM", "SFPM"), _FOOT / 60)
 _NAMED: tuple[tuple[Mapping[str, str | Fraction], tuple[int, ...]], ...] = (
     (_LENGTHS | _INCHES | {"ft": _FOOT}, (1,)),
-    (_SECONDS | _MICROSECONDS | {"min": "60", "h": "3600"}, (0, 1)),
+    (_SECONDS | _MICROSECONDS | {"min": "60", "h": "3600", "day": "86400"}, (0, 1)),
     ({"kg": "1", "g": "0.001"}, (0, 0, 1)),
-    (_FORCES, _FORCE),
+    ({"N": "1", "kN": "1000", "daN": "10", "lbf": _POUND, **_KILOPONDS}, _FORCE),
     ({"J": "1", "mJ": "0.001", "kJ": "1000", "Nm": "1"}, _ENERGY),
     ({"mW": "0.001", "W": "1", **_KILOWATTS, **_HORSES}, _POWER),
     ({"Pa": "1", "kPa": "1000", "MPa": "1e6", "GPa": "1e9"}, _PRESSURE),
@@ -98,12 +91,9 @@ _PREFIXED = {
     "inch": "in",
 }  # fmt: skip
 _WORDS = {
-    "micron": _SYMBOLS["um"], "mikron": _SYMBOLS["um"], "zoll": _SYMBOLS["in"], "foot": _SYMBOLS["ft"],
-    "feet": _SYMBOLS["ft"], "minute": _SYMBOLS["min"], "hour": _SYMBOLS["h"], "sec": _SYMBOLS["s"], "min": _SYMBOLS["min"],
-    "hr": _SYMBOLS["h"], "stunde": _SYMBOLS["h"],
-    "day": _unit("86400", 0, 1), "degree": _SYMBOLS["deg"],
-    "gradian": _SYMBOLS["gon"], "revolution": _SYMBOLS["rev"], "umdrehung": _SYMBOLS["rev"],
-    "percent": _SYMBOLS["%"], "prozent": _SYMBOLS["%"],
+    "micron": "um", "mikron": "um", "zoll": "in", "foot": "ft", "feet": "ft", "sec": "s", "min": "min",
+    "minute": "min", "hr": "h", "hour": "h", "stunde": "h", "day": "day", "degree": "deg", "gradian": "gon",
+    "revolution": "rev", "umdrehung": "rev", "percent": "%", "prozent": "%",
 }  # fmt: skip
 _PLURALS = ("", "s", "es", "n", "en", "e")
 _AMBIGUOUS = {
@@ -130,7 +120,7 @@ def _in_words(word: str) -> Unit | None:
     endings = [word.removesuffix(plural) for plural in _PLURALS if word.endswith(plural)]
     for one in endings:
         if one in _WORDS:
-            return _WORDS[one]
+            return _SYMBOLS[_WORDS[one]]
         prefix = next((p for p in _PREFIXES if one.startswith(p)), "")
         symbol = _PREFIXED.get(one[len(prefix) :])
         if symbol is not None:
