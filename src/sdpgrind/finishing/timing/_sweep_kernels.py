@@ -12,7 +12,7 @@ TINY = 1e-13  # chosen: rounding of a row without u
 
 @compiled(error_model="numpy")
 def _bounded(p, c, slope, half, top):
-    """Note a row as the bounds ``slope x -+ half`` of u; return `top` or the greatest x of a row without u."""
+    """Note a row as bounds of u, ``slope x -+ half``; return the greatest x, `top` but for a row without u."""
     if abs(p) <= TINY:
         slope[0], half[0] = 0.0, np.inf
         return 1.0 / abs(c) if abs(c) * top > 1.0 else top
@@ -38,7 +38,7 @@ def _bounds(steps, p, c, cap, slope, half, top):
 
 @compiled(error_model="numpy")
 def _span(slope, half, step, x, cap_next):
-    """Least u allowed on an interval from x, its slope over x, greatest u, its slope; it ends in [0, cap_next]."""
+    """Least u on an interval from x, its slope over x, greatest u, its slope; x ends in [0, cap_next]."""
     low, fall, high, rise = -x / (2 * step), -0.5 / step, (cap_next - x) / (2 * step), -0.5 / step
     for r in range(slope.size):
         middle = slope[r] * x
