@@ -43,8 +43,8 @@ def cycle():
 
 @pytest.fixture(scope="module")
 def bead():
-    """Not to the tolerance that a plan has by default."""
-    return weldbead.plan(weldbead.preset("P1"), tolerance=3e-2)
+    """Not with the options that a plan has by default."""
+    return weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51)
 
 
 @pytest.fixture
@@ -243,7 +243,7 @@ def test_a_plan_of_unknown_options_is_never_said_to_differ(cycle, tmp_path, caps
 def test_a_controller_of_another_plan_is_refused(bead, tmp_path, capsys):
     problem = bead.problem
     wide = problem.replace(scatter=problem.scatter.replace(relative_sd=0.3))
-    other = weldbead.plan(wide, tolerance=3e-2)
+    other = weldbead.plan(wide, tolerance=None, nodes=51)
     both = {"one": weldbead.SequenceController(bead), "other": weldbead.SequenceController(other)}
     hwsim.compare(hwsim.WeldBeadStand(problem), both).report(tmp_path / "job.html", plan=bead)
     status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
@@ -253,7 +253,7 @@ def test_a_controller_of_another_plan_is_refused(bead, tmp_path, capsys):
 def test_a_controller_of_a_plan_that_comes_out_differently_is_refused(bead, tmp_path, capsys, monkeypatch):
     log = hwsim.run(hwsim.WeldBeadStand(bead.problem), weldbead.SequenceController(bead))
     log.report(tmp_path / "job.html", plan=bead)
-    other = weldbead.plan(bead.problem, tolerance=None, nodes=51)
+    other = weldbead.plan(bead.problem, tolerance=None, nodes=41)
     monkeypatch.setattr(weldbead, "plan", lambda problem, **options: other)
     status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
     assert status == 2 and "SequenceController of this page cannot be made again: the plan" in lines[-1]
