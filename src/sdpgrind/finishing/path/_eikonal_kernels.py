@@ -49,7 +49,7 @@ def sweep(E, F, G, d, most):
 
 @compiled
 def _begun(E, F, G, d, changed, due):
-    """Fill `changed` and `due` for the first sweep; return the change that is none, whether nodes are skewed."""
+    """Fill `changed` and `due` for the first sweep; return what change is none, whether steps are skewed."""
     along, across, skewed = 0.0, 0.0, False
     for i in range(d.shape[0]):
         for j in range(d.shape[1]):

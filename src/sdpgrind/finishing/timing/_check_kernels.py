@@ -6,7 +6,7 @@ from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.finishing.timing._path_kernels import _piece_at
 from sdpgrind.finishing.timing._time_law import advanced
 
-_advanced = compiled(advanced, error_model="numpy")
+_advanced = compiled(error_model="numpy")(advanced)
 QUANTITIES = 4  # derived: speed, acceleration, jerk of the joints; feed
 AT_ONCE = 64  # chosen: places whose shares are in memory together, for the processor's vectors
 

@@ -12,7 +12,7 @@ TINY = 1e-13  # chosen: rounding of a row without u
 
 @compiled(error_model="numpy")
 def _bounded(p, c, slope, half, top):
-    """Note a row as bounds of u, ``slope x -+ half``; return the greatest x, `top` but for a row without u."""
+    """Note a row as bounds of u, ``slope x -+ half``; return `top`, less where it is a row without u."""
     if abs(p) <= TINY:
         slope[0], half[0] = 0.0, np.inf
         return 1.0 / abs(c) if abs(c) * top > 1.0 else top
