@@ -136,10 +136,10 @@ def _solved(y, v, w, core, enough):
     q = 1.0 / core.p
     for _ in range(60):
         linear, bent = core.K1 * v, core.K2 * w
-        slope = q * linear + bent  # dy/dln w
-        step = (y - linear - bent) / slope
+        slope = 1.0 / (q * linear + bent)  # dln w/dy
+        step = (y - linear - bent) * slope
         if abs(step) <= SERIES:
-            curve = 0.5 * (q - 1.0) * q * linear / slope
+            curve = 0.5 * (q - 1.0) * q * linear * slope
             step *= 1.0 - step * (curve - step * curve * (2.0 * curve - (q - 2.0) / 3.0))
             if abs(step) <= enough:
                 rise = 1.0 + 0.5 * (q - 1.0) * step * (1.0 + (q - 2.0) / 3.0 * step)
