@@ -14,7 +14,7 @@ from sdpgrind.plunge._control.filter_state import GAIN, LOAD, SHARPNESS, STATES,
 from sdpgrind.plunge._model.kernels import DeflectionLaw, _rate_near, _worn
 
 RATES = 56  # chosen: rates between which E is linear: 0.05 um
-LEAP = 5  # measured: step by which the fewest are looked at to pass those that damage nothing, some 24
+LEAP = 5  # measured: step to the last of some 24 rates that damage nothing; with it the fewest are looked at
 SLOWEST = 0.25  # chosen: least of them over the final rate, where that is safe at size
 RESERVE = 1.5  # chosen: standard deviations of the end position that are kept; see WAITED
 # Standard deviations of the end position that are kept beyond what the wait at size makes up for, where wear
