@@ -10,7 +10,14 @@ from centering._problem.model import PushModel
 from centering._problem.problem import CenteringLimits
 from centering.cycle._strategy.outcomes import PushKind, until_turn
 from centering.cycle._strategy.tip_ways import approach_rows, drawn_back_rows
-from centering.push._contact.reaction_kernels import COLUMNS, DONE, FINAL_POSITION, LOG_COLUMNS, push
+from centering.push._contact.reaction_kernels import (
+    COLUMNS,
+    DONE,
+    FINAL_POSITION,
+    LOG_COLUMNS,
+    TRAVEL,
+    push,
+)
 from centering.push.turning._plane_kernels import TIP
 from centering.push.turning._shooting import landing, ring_state
 from sdpgrind.base.checks import Floats
@@ -201,7 +208,7 @@ def _made_up(rows: Floats, first: int, lag: float) -> Floats:
 def _travel_at_rest(contact: Floats, model: PushModel) -> float:
     """Travel of the ring on a table at rest, mm."""
     out = np.empty(COLUMNS)
-    if push(model.parameters, contact, 0.0, out, _NO_LOG) != DONE:
+    if push(model.parameters, contact, 0.0, out, _NO_LOG, TRAVEL) != DONE:
         raise RuntimeError("a push did not end within the greatest number of events")
     return float(out[FINAL_POSITION])
 

@@ -10,7 +10,7 @@ import numpy as np
 from centering._problem.model import PushModel
 from centering.cycle._strategy.outcome_kernels import FINE, stroke_for, travel_at
 from centering.push._contact.reaction import refuse_unfinished
-from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION, push_many
+from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION, TRAVEL, push_many
 from centering.push._profile.gentle import gentle_profile, tap_profile
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base.arrays import ByValue, lasting
@@ -223,7 +223,7 @@ def _travels(model: PushModel, profiles: list[TipProfile]) -> Floats:
     out, status = np.empty((starts.size, COLUMNS)), np.empty(starts.size, dtype=np.int64)
     travel = np.empty((starts.size, FRICTION_SCALES.size))
     for k, scale in enumerate(FRICTION_SCALES):
-        push_many(scaled(model, float(scale))[None], segments, ends, starts, out, status)
+        push_many(scaled(model, float(scale))[None], segments, ends, starts, out, status, TRAVEL)
         refuse_unfinished(status)
         travel[:, k] = out[:, FINAL_POSITION]
     return travel

@@ -13,7 +13,8 @@ from centering.cycle._strategy.draw_kernels import push_once
 from centering.cycle._strategy.outcomes import FRICTION_SCALES, pushing_time, scaled
 from centering.cycle._strategy.runs import CenteringRuns
 from centering.cycle._strategy.timing import CycleTiming
-from centering.push._contact.reaction import simulate_pushes
+from centering.push._contact.reaction import pushed
+from centering.push._contact.reaction_kernels import FINAL_POSITION, TRAVEL
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -125,7 +126,8 @@ class Parts:
             self.strategy.profile(choice._replace(stroke=max(choice.stroke + p, 1e-6)))
             for choice, p in zip(choices, place, strict=True)
         ]
-        return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in scale]), profiles)[:, 0])
+        models = np.array([scaled(model, float(r)) for r in scale])
+        return np.asarray(pushed(models, profiles, TRAVEL)[:, FINAL_POSITION])
 
     def _friction(self, k: int, unit: Floats) -> float:
         """Friction scale of a push of part k."""
