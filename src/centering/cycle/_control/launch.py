@@ -8,7 +8,7 @@ import numpy as np
 
 from centering._problem.model import PushModel
 from centering._problem.problem import CenteringLimits
-from centering.cycle._strategy.outcomes import PushKind, until_turn
+from centering.cycle._strategy.outcomes import PushKind, rows_of, until_turn
 from centering.cycle._strategy.tip_ways import approach_rows, drawn_back_rows
 from centering.push._contact.reaction_kernels import (
     COLUMNS,
@@ -127,7 +127,7 @@ def launch(
         Believed friction of the part over that of the model.
     """
     felt = felt_model(model, friction)
-    goal = _travel_at_rest(kind.profile(model, stroke, limits.acceleration_max).segments, felt)
+    goal = _travel_at_rest(rows_of(kind, model, stroke, limits.acceleration_max), felt)
     tries = [_tried(kind, stroke, start, (model, felt), limits, goal)]
     strokes = [stroke]
     for _ in range(_MENDINGS):
@@ -181,7 +181,7 @@ def _tried(
 
     Of the two models the first is nominal, as in the tables of outcomes, the second is the believed one.
     """
-    contact = kind.profile(models[0], stroke, limits.acceleration_max).segments
+    contact = rows_of(kind, models[0], stroke, limits.acceleration_max)
     before = approach_rows(start.room, float(contact[0, 1]), limits)
     rows = np.vstack((before, contact) if kind.retract else (before, contact, drawn_back_rows(limits)))
     lead, left = _lead(rows, start, models[1], guess)

@@ -135,7 +135,8 @@ def _assemble(problem, duals, was, c, step, mu, band, gradient, barrier):
     """
     rows, samples, weights, joints, caps = problem
     tally, total = (0.0, 0.0), 0.0
-    band[:], gradient[:], barrier[:] = 0.0, 0.0, 0.0
+    for k in range(c.size):
+        band[0, k], band[1, k], band[2, k], gradient[k], barrier[k] = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(weights.shape[0]):
         for t in range(3):
             b = rows[i, t]
@@ -227,6 +228,30 @@ def _shares(problem, duals, c, move, mu):
 
 
 @compiled(error_model="numpy")
+def _decrement(gradient, barrier, out, mu):
+    """Squared Newton decrement, from solutions `out` for both gradients."""
+    total = 0.0
+    for k in range(gradient.size):
+        total += (gradient[k] - mu * barrier[k]) * (out[0, k] - mu * out[1, k])
+    return total
+
+
+@compiled(error_model="numpy")
+def _step(out, mu, move):
+    """Fill the Newton step of the coefficients."""
+    for k in range(move.size):
+        move[k] = mu * out[1, k] - out[0, k]
+
+
+@compiled(error_model="numpy")
+def _go(c, move, share, was):
+    """Go a share of a step, from what then `was`."""
+    for k in range(c.size):
+        was[k] = c[k]
+        c[k] += share * move[k]
+
+
+@compiled(error_model="numpy")
 def interior(problem, c, mu, gap):
     """Improve coefficients c (m,) that hold every row; return the steps, -1 where a number is not finite.
 
@@ -244,24 +269,24 @@ def interior(problem, c, mu, gap):
     gap : float
         Sum of all complementarities over the time at the end.
     """
-    duals = np.zeros((*problem[4].shape, 4 * problem[3].shape[2] + 1))
+    intervals, places, joints, _ = problem[3].shape
+    duals, step = np.zeros((intervals, places, 4 * joints + 1)), (1.0, 1.0)
     band, was, out = np.empty((3, c.size)), c.copy(), np.empty((2, c.size))
-    gradient, barrier, step = np.empty(c.size), np.empty(c.size), (1.0, 1.0)
+    gradient, barrier, move = np.empty(c.size), np.empty(c.size), np.empty(c.size)
     for number in range(STEPS):
         time, total, most = _assemble(problem, duals, was, c, step, mu, band, gradient, barrier)
         _factor(band)
         _solved(band, gradient, out[0])
         _solved(band, barrier, out[1])
-        decrement = np.sum((gradient - mu * barrier) * (out[0] - mu * out[1]))
+        decrement = _decrement(gradient, barrier, out, mu)
         if not np.isfinite(decrement):
             return -1
         if decrement <= REACHED * mu * duals.size and most <= LARGE * mu:
             if total <= gap * time:
                 return number
             mu *= LOWER
-        move = mu * out[1] - out[0]
+        _step(out, mu, move)
         primal, dual = _shares(problem, duals, c, move, mu)
-        was[:] = c
-        c += primal * move
+        _go(c, move, primal, was)
         step = (dual, 1.0 / primal)
     return STEPS
