@@ -56,7 +56,7 @@ class Square:
         else:  # lines of b one after the other: the strip of an a is found once
             pair = np.broadcast_arrays(a.reshape(-1, 1), b.ravel())
             found = self._derivatives(np.stack(pair, axis=-1))
-        return found if a.ndim == 2 else [each.swapaxes(0, 1) for each in found]
+        return found if a.ndim == 2 else [np.ascontiguousarray(each.swapaxes(0, 1)) for each in found]
 
     def _derivatives(self, places: Floats) -> list[Floats]:
         """Derivatives of the surface's points by a and b at places (..., 2) in the square."""
