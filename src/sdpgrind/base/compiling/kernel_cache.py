@@ -124,7 +124,8 @@ class _Files(FunctionCache):
         if self._enabled and self._impl.check_cachable(data):
             self._impl.locator.ensure_cache_path()
             key = self._index_key(sig, data.codegen)
-            self._cache_file.save(key, (key, self._impl.reduce(data)))
+            code = self._impl.reduce(data._replace(type_annotation=""))  # a text, a third of all on disk
+            self._cache_file.save(key, (key, code))
 
 
 def alike(sig: Iterable[Any]) -> tuple[Any, ...]:
