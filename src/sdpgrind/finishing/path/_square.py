@@ -39,7 +39,8 @@ class Square:
 
     def tangents(self, s: Floats, c: Floats) -> tuple[Floats, Floats]:
         """Derivatives Q_s, Q_c (..., 3) on the surface, mm."""
-        by_a, by_b = self._on_lattice(s, c) if s.ndim + c.ndim == 3 else self._derivatives(self.nodes(s, c))
+        lattice = {s.shape[1:], c.shape[1:]} == {(1,), ()}
+        by_a, by_b = self._on_lattice(s, c) if lattice else self._derivatives(self.nodes(s, c))
         return (by_a, by_b) if self.along == "u" else (by_b, by_a)
 
     def along_passes(self, s: Floats, c: Floats) -> Floats:
