@@ -439,10 +439,12 @@ def test_a_closed_kernel_has_no_machine_code_of_its_own():
         return _rooted(x) + _rooted(x + 5.0)
 
     _rooted._cache.flush()  # what an earlier run left on disk
-    _rooted.compile((types.float64,))
-    (made,) = _rooted.overloads.values()
-    assert isinstance(made.library, LinkedLibrary)
-    assert not made.library.codegen._engine.is_symbol_defined(made.fndesc.llvm_func_name)
+    for kernel in (_rooted, compiled(_rooted.py_func)):  # compiled, and loaded from the disk
+        kernel.compile((types.float64,))
+        (made,) = kernel.overloads.values()
+        assert isinstance(made.library, LinkedLibrary)
+        assert not made.library.codegen._engine.is_symbol_defined(made.fndesc.llvm_func_name)
+    assert sum(kernel.stats.cache_hits.values()) == 1
     assert summed(4.0) == 5.0
     with pytest.raises(ValueError, match="x must be >= 0"):
         summed(-1.0)

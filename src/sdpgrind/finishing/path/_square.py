@@ -39,7 +39,8 @@ class Square:
 
     def tangents(self, s: Floats, c: Floats) -> tuple[Floats, Floats]:
         """Derivatives Q_s, Q_c (..., 3) on the surface, mm."""
-        by_a, by_b = self._on_lattice(s, c) if s.ndim + c.ndim == 3 else self._derivatives(self.nodes(s, c))
+        lattice = {s.shape[1:], c.shape[1:]} == {(1,), ()}
+        by_a, by_b = self._on_lattice(s, c) if lattice else self._derivatives(self.nodes(s, c))
         return (by_a, by_b) if self.along == "u" else (by_b, by_a)
 
     def along_passes(self, s: Floats, c: Floats) -> Floats:
@@ -56,7 +57,7 @@ class Square:
         else:  # lines of b one after the other: the strip of an a is found once
             pair = np.broadcast_arrays(a.reshape(-1, 1), b.ravel())
             found = self._derivatives(np.stack(pair, axis=-1))
-        return found if a.ndim == 2 else [each.swapaxes(0, 1) for each in found]
+        return found if a.ndim == 2 else [np.ascontiguousarray(each.swapaxes(0, 1)) for each in found]
 
     def _derivatives(self, places: Floats) -> list[Floats]:
         """Derivatives of the surface's points by a and b at places (..., 2) in the square."""
