@@ -16,7 +16,7 @@ from centering.cycle._measuring.rotations import places
 from centering.cycle._source.planner import PrintedPlanner
 from centering.cycle._strategy.as_sdp import FRACTIONS, KindOfPush, Size, draws
 from centering.cycle._strategy.belief import FrictionScaleBelief
-from centering.cycle._strategy.belief_kernels import learned
+from centering.cycle._strategy.belief_kernels import learned, push_cells
 from centering.cycle._strategy.cycle_times import WORTH, cycle_timing, table_speeds
 from centering.cycle._strategy.density import lower_end, moments, prior, widened
 from centering.cycle._strategy.draw_kernels import push_once
@@ -97,6 +97,7 @@ __all__ = [
     "preview",
     "prior",
     "profile_of",
+    "push_cells",
     "push_once",
     "push_to_push",
     "remaining",

@@ -54,8 +54,10 @@ def travel_twin(table, kind, stroke, scale):
     if stroke <= 0:
         return 0.0
     at, nodes = even(scale), even(FRICTION_SCALES)
-    at_scale = [np.interp(at, nodes, row) for row in table.travel[kind]]
-    return float(np.interp(log(stroke), np.log(table.strokes), at_scale))
+    above = min(max(int(np.searchsorted(table.strokes, stroke)), 1), table.strokes.size - 1)
+    near = slice(above - 1, above + 1)
+    at_scale = [np.interp(at, nodes, row) for row in table.travel[kind][near]]
+    return float(np.interp(log(stroke), np.log(table.strokes[near]), at_scale))
 
 
 def stroke_twin(table, kind, scale, travel):
@@ -64,7 +66,8 @@ def stroke_twin(table, kind, scale, travel):
     mean = np.array([np.interp(at, nodes, row) for row in table.mean_travel[kind]])
     if mean[table.last[kind]] < travel:
         return np.inf
-    fine = np.linspace(0.0, table.last[kind], 400_001)
+    first = int(np.argmax(mean >= travel))  # it grows with the stroke
+    fine = np.linspace(max(first - 1, 0), first, 5001)
     reached = np.interp(fine, np.arange(mean.size), mean) >= travel
     return table.first_stroke * table.stroke_ratio ** fine[np.argmax(reached)]
 

@@ -6,7 +6,7 @@ from math import nan, pi
 import numpy as np
 import pytest
 from cycle_twins import PlainStrategy
-from push_inside import cycle_next, fingerprint, launch, preview
+from push_inside import Size, cycle_next, fingerprint, launch, preview
 from strategy_twins import quick_strategy
 
 import hwsim
@@ -35,7 +35,7 @@ def test_a_cycle_takes_the_time_that_was_planned():
     slow = {"spindle_acceleration_max": 1.0, "acceleration_max": 500.0, "tolerance": 0.02}
     soft = {"contact_stiffness": 3e4, "contact_damping": 30.0}
     problem = preset("printed").replace(part=Part(400.0, 400.0), **slow, **soft)
-    strategy = quick_strategy(problem)
+    strategy = quick_strategy(problem, size=Size(32, 3))
     outcome = hwsim.run(CenteringMachine(problem), CenteringController(strategy), parts=24, rng=1).outcome
     starts = np.hypot(outcome.center_x.values[:, 0], outcome.center_y.values[:, 0])
     late = outcome.time.values - [strategy.cycle_time(min(start, problem.offset_max)) for start in starts]

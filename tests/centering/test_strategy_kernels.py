@@ -19,6 +19,7 @@ from push_inside import (
     moments,
     prepared,
     prior,
+    push_cells,
     push_once,
     push_to_push,
     table_speeds,
@@ -31,6 +32,7 @@ from centering.cycle import PushKind
 from sdpgrind.base.progress import silent
 
 TABLE = made_up_table()
+PUSHES = push_cells(TABLE.grid, FRICTION_SCALES.size, 0.04)
 STATES = 6  # chosen: 24 in all; each is simulated draw by draw
 
 
@@ -51,7 +53,7 @@ def test_travel_is_bilinear(stroke, scale):
 def test_a_stroke_reaches_the_wanted_mean_travel(travel, scale):
     stroke = TABLE.stroke_for(0, travel, scale)
     twin = stroke_twin(TABLE, 0, scale, travel)
-    assert stroke == pytest.approx(twin, rel=1e-4)  # the search has 400 000 steps over a factor of 1270
+    assert stroke == pytest.approx(twin, rel=1e-4)  # the search has 5000 steps over a factor of 1.1
 
 
 def test_no_stroke_reaches_too_far():
@@ -171,7 +173,7 @@ def normal(mean, sd):
 def after(before, stroke, noise, travelled):
     """Mean and sd after a push of the made-up table."""
     expected, seen = TABLE.travels(0, stroke)[None], np.array([travelled])
-    return moments(learned(expected, TABLE.grid, before, 0.04, np.array([noise]), seen))
+    return moments(learned(expected, PUSHES, before, np.array([noise]), seen))
 
 
 @pytest.mark.parametrize("travelled", [0.035, 0.045, 0.05, 0.06])
@@ -204,7 +206,7 @@ def test_a_travel_far_outside_what_is_told_is_believed(scale):
 
 def test_a_travel_that_says_nothing_changes_nothing():
     before, flat = normal(1.1, 0.05), np.full((1, 62), 0.5)
-    known = learned(flat, TABLE.grid, before, 0.04, np.array([0.001]), np.array([0.5]))
+    known = learned(flat, PUSHES, before, np.array([0.001]), np.array([0.5]))
     np.testing.assert_allclose(known, before, rtol=1e-12)
 
 
@@ -212,8 +214,8 @@ def test_two_values_share_the_friction_of_their_push():
     """Two exact ones of a push that scatters by 4 % say no more of the part than one."""
     before, exact = normal(1.0, 0.08), np.array([1e-4, 1e-4])
     row, seen = 1.0 * FRICTION_SCALES, np.array([1.05, 1.05])
-    both = learned(np.stack([row, row]), TABLE.grid, before, 0.04, exact, seen)
-    one = learned(row[None], TABLE.grid, before, 0.04, exact[:1], seen[:1])
+    both = learned(np.stack([row, row]), PUSHES, before, exact, seen)
+    one = learned(row[None], PUSHES, before, exact[:1], seen[:1])
     for mean, sd in (moments(both), moments(one)):
         assert mean == pytest.approx(1.04, abs=2e-3)  # 0.05 times 0.8: variances of 64 and 16
         assert sd == pytest.approx(0.04 * np.sqrt(0.8), rel=0.05)

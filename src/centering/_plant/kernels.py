@@ -26,9 +26,9 @@ _PEAK_NEAR = 0.01  # relative; chosen: peaks that exceed the last one by a step'
 
 
 @compiled
-def _when(state, cell, profile, time, x, y, u, v, way_x, way_y):
+def _when(cell, pose, x, y, u, v, way_x, way_y):
     """Event functions of a sliding ring: speed along its way, closure, and contact force."""
-    _, _, force, closure = ring.contact_force(state, cell, profile, time, x, y, u, v)
+    _, _, force, closure = ring.contact_force(cell, pose, x, y, u, v)
     return u * way_x + v * way_y, closure, force
 
 
@@ -39,17 +39,22 @@ def _happens(onward, closure, force, spins, closed, pushed):
 
 
 @compiled
-def _move(state, cell, profile, time, step):
-    """Advance a sliding ring by a step, or to an earlier stop, touch or separation; return the time, s."""
+def _move(state, cell, profile, begin, time, step):
+    """Advance a sliding ring by a step, or to an earlier stop, touch or separation; return the time, s.
+
+    `begin`: pose at its beginning; the one at its end is returned, too.
+    """
     x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
-    w, z = ring.way(state, cell, profile, time)
-    _, closure, force = _when(state, cell, profile, time, x, y, u, v, w, z)
+    w, z = ring.way(state, cell, begin)
+    _, closure, force = _when(cell, begin, x, y, u, v, w, z)
     closed, pushed = closure > 0.0, force > 0.0
     slow = _SLOW * cell[slide.COULOMB] * cell[slide.FRICTION] / cell[slide.INERTIA] * cell[slide.STEP]
     low, high, taken = 0.0, step, step
     for _ in range(_SPLITS):
-        x, y, u, v, s = ring.slide_on(state, cell, profile, time, w, z, taken)
-        onward, closure, force = _when(state, cell, profile, time + taken, x, y, u, v, w, z)
+        middle = ring.pose(state, cell, profile, begin[7], time + 0.5 * taken)
+        end = ring.pose(state, cell, profile, begin[7], time + taken)
+        x, y, u, v, s = ring.slide_on(state, cell, (begin, middle, end), w, z, taken)
+        onward, closure, force = _when(cell, end, x, y, u, v, w, z)
         if _happens(onward, closure, force, abs(s) > slow, closed, pushed):
             high = taken
             if high - low < _CLOSE:
@@ -65,44 +70,45 @@ def _move(state, cell, profile, time, step):
     if abs(s) <= slow and (onward <= 0.0 or after < min(before, _STILL * _STILL)):
         state[slide.SPEED_X], state[slide.SPEED_Y] = 0.0, 0.0
         state[slide.SPIN], state[slide.MOVING] = 0.0, 0.0
-    return taken
+    return taken, end
 
 
 @compiled
-def _at_rest(state, cell, profile, time):
+def _at_rest(state, cell, pose):
     """Whether a ring at rest stays at rest, and the closure."""
-    pull_x, pull_y, closure = ring.pull(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)
+    pull_x, pull_y, closure = ring.pull(cell, pose, state[slide.X], state[slide.Y], 0.0, 0.0)
     most = ring.holds(state, cell)
     return pull_x * pull_x + pull_y * pull_y <= most * most, closure
 
 
 @compiled
-def _wait(state, cell, profile, time, step):
-    """Advance a ring at rest by a step, or until it is touched or set in motion; return the time taken, s."""
-    stays, closure = _at_rest(state, cell, profile, time)
+def _wait(state, cell, profile, begin, time, step):
+    """Advance a ring at rest by a step, or until it is touched or set in motion; return as `_move`."""
+    stays, closure = _at_rest(state, cell, begin)
     if not stays:
         state[slide.MOVING] = 1.0
-        if ring.contact_force(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)[2] == 0.0:
+        if ring.contact_force(cell, begin, state[slide.X], state[slide.Y], 0.0, 0.0)[2] == 0.0:
             state[slide.SLIPPED] = 1.0
-        return 0.0
-    later, closed = _at_rest(state, cell, profile, time + step)
+        return 0.0, begin
+    end = ring.pose(state, cell, profile, begin[7], time + step)
+    later, closed = _at_rest(state, cell, end)
     if later and not closure < 0.0 < closed:
-        return step
+        return step, end
     low, high = 0.0, step
     for _ in range(_SPLITS):
         middle = 0.5 * (low + high)
         if high - low < _CLOSE:
             break
-        stays, closed = _at_rest(state, cell, profile, time + middle)
+        stays, closed = _at_rest(state, cell, ring.pose(state, cell, profile, begin[7], time + middle))
         if stays and not closure < 0.0 < closed:
             low = middle
         else:
             high = middle
-    return high
+    return high, ring.pose(state, cell, profile, begin[7], time + high)
 
 
 @compiled
-def _far(state, cell, profile, swing, length):
+def _far(state, cell, begin, swing, length):
     """Whether nothing can happen to a ring at rest within a piece: the tip is far, and the table slow.
 
     `swing`: peak to valley of the rim, mm.
@@ -116,15 +122,15 @@ def _far(state, cell, profile, swing, length):
     pull = cell[slide.INERTIA] * offset * np.sqrt(spin**4 + rate * rate)
     if pull > _NEAR * ring.holds(state, cell):
         return False
-    closure = ring.contact_force(state, cell, profile, 0.0, x, y, 0.0, 0.0)[3]
+    closure = ring.contact_force(cell, begin, x, y, 0.0, 0.0)[3]
     return closure < -(_FASTEST + 2.0 * spin * offset) * length - swing
 
 
 @compiled
-def _feel(state, cell, profile, time):
+def _feel(state, cell, pose):
     """Note the force of the contact, and its beginning."""
     where = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
-    _, _, force, closure = ring.contact_force(state, cell, profile, time, *where)
+    _, _, force, closure = ring.contact_force(cell, pose, *where)
     state[slide.FORCE] = force
     state[slide.PEAK] = max(state[slide.PEAK], force)
     state[slide.PEAK_EVER] = max(state[slide.PEAK_EVER], force)
@@ -138,7 +144,7 @@ def _feel(state, cell, profile, time):
 
 
 @compiled
-def _crest(state, cell, profile, time, step, x, y, u, v, before):
+def _crest(state, cell, profile, aim, time, step, x, y, u, v, before):
     """Note the peak force within a completed step: a parabola through begin, middle and end."""
     after = state[slide.FORCE]
     if step <= 0.0 or max(before, after) * (1.0 + _PEAK_NEAR) < state[slide.PEAK]:
@@ -150,9 +156,8 @@ def _crest(state, cell, profile, time, step, x, y, u, v, before):
         1.5 * (end_x - x) / step - 0.25 * (u + end_u),
         1.5 * (end_y - y) / step - 0.25 * (v + end_v),
     )
-    force = ring.contact_force(
-        state, cell, profile, time + 0.5 * step, middle_x, middle_y, middle_u, middle_v
-    )[2]
+    middle = ring.pose(state, cell, profile, aim, time + 0.5 * step)
+    force = ring.contact_force(cell, middle, middle_x, middle_y, middle_u, middle_v)[2]
     rise, bend = 0.5 * (after - before), before - 2.0 * force + after
     if force > 0.0 and bend < 0.0 and abs(rise) < -bend:
         most = force - 0.5 * rise * rise / bend
@@ -173,17 +178,20 @@ def _step(state, cell):
 @compiled
 def _piece(state, cell, profile, lobes, length):
     """Advance the ring through a piece of the slide's motion, s; return the used part, to a first touch."""
-    cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, 0.0)
-    if _far(state, cell, profile, 2.0 * lobes[:, 1].sum(), length):
+    aim = ring.aim_of(cell)
+    now = ring.pose(state, cell, profile, aim, 0.0)
+    cell[slide.RADIUS] = ring.rim(state, cell, lobes, now)
+    if _far(state, cell, now, 2.0 * lobes[:, 1].sum(), length):
         state[slide.FORCE] = 0.0
         return length
     time, steps = 0.0, 0
-    touched = _feel(state, cell, profile, 0.0)
+    touched = _feel(state, cell, now)
     while time < length - _CLOSE:
         if touched and state[slide.SEGMENT] >= 0.0 and state[slide.TOUCHED] == 0.0:
             if time > 0.0:
                 return time
             state[slide.TOUCHED] = 1.0
+            now = ring.pose(state, cell, profile, aim, time)  # the tip begins to lag
         step = min(_step(state, cell), length - time)
         steps += 1
         if steps > _STEPS_MAX + 20.0 * length / cell[slide.STEP]:
@@ -193,11 +201,15 @@ def _piece(state, cell, profile, lobes, length):
             )
         x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
         moves, before, since = state[slide.MOVING] != 0.0, state[slide.FORCE], time
-        time += _move(state, cell, profile, time, step) if moves else _wait(state, cell, profile, time, step)
-        cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, time)
-        touched = _feel(state, cell, profile, time)
+        if moves:
+            taken, now = _move(state, cell, profile, now, time, step)
+        else:
+            taken, now = _wait(state, cell, profile, now, time, step)
+        time += taken
+        cell[slide.RADIUS] = ring.rim(state, cell, lobes, now)
+        touched = _feel(state, cell, now)
         if moves and before > 0.0 and state[slide.FORCE] > 0.0:
-            _crest(state, cell, profile, since, time - since, x, y, u, v, before)
+            _crest(state, cell, profile, aim, since, time - since, x, y, u, v, before)
     return length
 
 

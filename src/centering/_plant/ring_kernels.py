@@ -18,11 +18,30 @@ _ONWARD = 0.3  # cosine; chosen: a ring that slides farther off its direction st
 
 
 @compiled
-def rim(state, cell, profile, lobes, time):
+def pose(state, cell, profile, aim, time):
+    """Where table and tip are at a time (s) within the current piece, for all that is asked of that time.
+
+    Angle, its cosine and sine, speed (rad/s), rate (rad/s^2) of the table; place (mm from the axis) and
+    speed of the tip; `aim`: cosine and sine of the push's direction off the normal.
+    """
+    rate = slide.spindle_rate(state, cell)
+    angle = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * rate * time) * time
+    tip, velocity = slide.tip_at(state, cell, profile, time)
+    return angle, np.cos(angle), np.sin(angle), state[slide.SPEED] + rate * time, rate, tip, velocity, aim
+
+
+@compiled
+def aim_of(cell):
+    """Cosine and sine of the direction of the push off the normal."""
+    return np.cos(cell[slide.AIM]), np.sin(cell[slide.AIM])
+
+
+@compiled
+def rim(state, cell, lobes, pose):
     """Distance of the rim from the centre of the ring on the side of the tip, mm."""
-    angle = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * slide.spindle_rate(state, cell) * time) * time
-    tip, _ = slide.tip_at(state, cell, profile, time)
-    cosine, sine = np.cos(angle), np.sin(angle)
+    if lobes.shape[0] == 0:
+        return cell[slide.ROUND]
+    angle, cosine, sine, _, _, tip, _, _ = pose
     along, across = (
         state[slide.X] * cosine + state[slide.Y] * sine - tip,
         state[slide.Y] * cosine - state[slide.X] * sine,
@@ -34,15 +53,9 @@ def rim(state, cell, profile, lobes, time):
 
 
 @compiled
-def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
+def contact_force(cell, pose, x, y, speed_x, speed_y):
     """Force (N) of the tip on the ring along x and y of the table, its size, the closure (mm, < 0: gap)."""
-    rate = slide.spindle_rate(state, cell)
-    angle, spin = (
-        state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * rate * time) * time,
-        state[slide.SPEED] + rate * time,
-    )
-    tip, velocity = slide.tip_at(state, cell, profile, time)
-    cosine, sine = np.cos(angle), np.sin(angle)
+    _, cosine, sine, spin, _, tip, velocity, aim = pose
     along, across = x * cosine + y * sine - tip, y * cosine - x * sine
     distance = np.sqrt(along * along + across * across)
     closure = cell[slide.RADIUS] - distance
@@ -57,7 +70,7 @@ def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
     )
     if force <= 0.0:
         return 0.0, 0.0, 0.0, closure
-    turned, aside = np.cos(cell[slide.AIM]), np.sin(cell[slide.AIM])
+    turned, aside = aim
     push_x, push_y = normal_x * turned - normal_y * aside, normal_y * turned + normal_x * aside
     return (
         force * (push_x * cosine - push_y * sine),
@@ -68,11 +81,10 @@ def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
 
 
 @compiled
-def pull(state, cell, profile, time, x, y, speed_x, speed_y):
+def pull(cell, pose, x, y, speed_x, speed_y):
     """Forces on the ring except friction along x and y of the table, N, and the closure, mm."""
-    rate = slide.spindle_rate(state, cell)
-    spin, inertia = state[slide.SPEED] + rate * time, cell[slide.INERTIA]
-    push_x, push_y, _, closure = contact_force(state, cell, profile, time, x, y, speed_x, speed_y)
+    spin, rate, inertia = pose[3], pose[4], cell[slide.INERTIA]
+    push_x, push_y, _, closure = contact_force(cell, pose, x, y, speed_x, speed_y)
     pull_x = push_x + inertia * (spin * spin * x - 2.0 * spin * speed_y - rate * y)
     pull_y = push_y + inertia * (spin * spin * y + 2.0 * spin * speed_x + rate * x)
     return pull_x, pull_y, closure
@@ -94,23 +106,23 @@ def holds(state, cell):
 
 
 @compiled
-def way(state, cell, profile, time):
+def way(state, cell, pose):
     """Direction in which the ring slides on the table, or begins to slide."""
     way_x, way_y = state[slide.SPEED_X], state[slide.SPEED_Y]
     if way_x == 0.0 and way_y == 0.0:
-        way_x, way_y, _ = pull(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)
+        way_x, way_y, _ = pull(cell, pose, state[slide.X], state[slide.Y], 0.0, 0.0)
     length = np.sqrt(way_x * way_x + way_y * way_y)
     return (way_x / length, way_y / length) if length > 0.0 else (1.0, 0.0)
 
 
 @compiled
-def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin):
+def slope(cell, pose, way_x, way_y, x, y, speed_x, speed_y, spin):
     """Accelerations of a sliding ring on the table, mm/s^2, and of its rim by the spin.
 
     A ring that has stopped has the friction of a sliding one.
     """
-    inertia, rate = cell[slide.INERTIA], slide.spindle_rate(state, cell)
-    pull_x, pull_y, _ = pull(state, cell, profile, time, x, y, speed_x, speed_y)
+    inertia, rate = cell[slide.INERTIA], pose[4]
+    pull_x, pull_y, _ = pull(cell, pose, x, y, speed_x, speed_y)
     speed, turn = np.sqrt(speed_x * speed_x + speed_y * speed_y), -rate * cell[slide.RADIUS]
     if speed_x * way_x + speed_y * way_y > _ONWARD * speed:
         way_x, way_y = speed_x / speed, speed_y / speed
@@ -131,24 +143,22 @@ def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin
 
 
 @compiled
-def slide_on(state, cell, profile, time, w, z, step):
-    """Position, speed and spin of a ring sliding in the direction (w, z) after a step of fourth order."""
+def slide_on(state, cell, poses, w, z, step):
+    """Position, speed and spin of a ring sliding in the direction (w, z) after a step of fourth order.
+
+    `poses` at begin, middle and end of the step.
+    """
+    begin, middle, end = poses
     x, y, s = state[slide.X], state[slide.Y], state[slide.SPIN]
     u, v = state[slide.SPEED_X], state[slide.SPEED_Y]
     half, sixth = 0.5 * step, step / 6.0
-    a1, b1, c1 = slope(state, cell, profile, time, w, z, x, y, u, v, s)
+    a1, b1, c1 = slope(cell, begin, w, z, x, y, u, v, s)
     u2, v2 = u + half * a1, v + half * b1
-    a2, b2, c2 = slope(
-        state, cell, profile, time + half, w, z, x + half * u, y + half * v, u2, v2, s + half * c1
-    )
+    a2, b2, c2 = slope(cell, middle, w, z, x + half * u, y + half * v, u2, v2, s + half * c1)
     u3, v3 = u + half * a2, v + half * b2
-    a3, b3, c3 = slope(
-        state, cell, profile, time + half, w, z, x + half * u2, y + half * v2, u3, v3, s + half * c2
-    )
+    a3, b3, c3 = slope(cell, middle, w, z, x + half * u2, y + half * v2, u3, v3, s + half * c2)
     u4, v4 = u + step * a3, v + step * b3
-    a4, b4, c4 = slope(
-        state, cell, profile, time + step, w, z, x + step * u3, y + step * v3, u4, v4, s + step * c3
-    )
+    a4, b4, c4 = slope(cell, end, w, z, x + step * u3, y + step * v3, u4, v4, s + step * c3)
     x += sixth * (u + 2.0 * u2 + 2.0 * u3 + u4)
     y += sixth * (v + 2.0 * v2 + 2.0 * v3 + v4)
     u += sixth * (a1 + 2.0 * a2 + 2.0 * a3 + a4)

@@ -5,7 +5,8 @@ import numpy as np
 from centering._problem.model import PushModel
 from centering.friction._belief import FrictionBelief, span
 from centering.friction._prediction_kernels import log_likelihood
-from centering.push._contact.reaction import simulate_pushes
+from centering.push._contact.reaction import pushed
+from centering.push._contact.reaction_kernels import FORCE
 from centering.push._profile.profile import TipProfile
 from centering.push.turning._table_profile import TableProfile
 from centering.push.turning._table_trace import simulate_table_pushes
@@ -51,7 +52,7 @@ def predicted(model: PushModel, profile: TipProfile, scales: Floats, ratios: Flo
     if isinstance(profile, TableProfile):
         shown = simulate_table_pushes(rows, profile)
     else:
-        shown = simulate_pushes(rows, profile)
+        shown = pushed(rows, profile, FORCE)
     return np.ascontiguousarray(shown[:, [_PEAK, _SLIDE, _FINAL]]).reshape(*held.shape, 3)
 
 

@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+from scipy.fft import irfft, rfft
 
 from centering.roundness._robust_kernels import heights
 from sdpgrind.base.checks import Complex, Floats
@@ -61,9 +62,9 @@ def _median(sizes: Floats) -> float:
 
 def _fitted(values: Floats, weight: Floats, window: Complex, before: Floats) -> Floats:
     """Parabolas about each point: their values there."""
-    moments = np.fft.irfft(np.fft.rfft(weight) * window, values.size)
-    sides = np.fft.irfft(np.fft.rfft(weight * values) * window[:3], values.size)
-    return np.asarray(heights(moments, sides, float(window[0].real[0]), before))
+    weights, weighted = rfft(np.stack((weight, weight * values)))
+    both = irfft(np.concatenate((weights * window, weighted * window[:3])), values.size, overwrite_x=True)
+    return np.asarray(heights(both[:5], both[5:], float(window[0].real[0]), before))
 
 
 def _weights(residual: Floats, bound: float) -> Floats:

@@ -7,7 +7,7 @@ from sdpgrind.base.compiling.compiled import compiled
 _FLAT = 1e-12  # chosen: determinant of the moments over that without weights: nothing near tells the form
 
 
-@compiled
+@compiled(error_model="numpy")
 def heights(moments, sides, whole, before):
     """Heights of parabolas from the moments of weights (5, n) and values (3, n), by Cramer's rule."""
     found = np.empty_like(before)

@@ -135,28 +135,38 @@ def _write_row_at(state, c, s, reading, row):
         row[0], row[1], row[2], row[3] = 1.0, c, s, reading - state[at.REFERENCE]
         _write_lobes(state, c, s, 1.0, row)
         return
-    r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
-    part_x, part_y, along = r * c - x, r * s - y, r - (x * c + y * s)
-    distance = np.sqrt(part_x * part_x + part_y * part_y)
-    start, per_start = state[at.REFERENCE], state[at.PER_REFERENCE]
-    if along > _STEEPEST * distance:
-        cosine, steep = along / distance, distance / along
-    else:
-        cosine, steep = _STEEPEST, 1.0 / _STEEPEST
-    state[at.RATIO] = min(max(distance * per_start, LEAST_RATIO), MOST_RATIO)
+    r, start, per_start = reading + state[at.TIP], state[at.REFERENCE], state[at.PER_REFERENCE]
+    part_x, part_y, distance, cosine, steep = _slant(c, s, r, state[at.CENTER_X], state[at.CENTER_Y])
     if state[at.FORMS] > 0.0 or state[at.KNOWN] > 0.0:
         part_x, part_y = part_x / distance, part_y / distance
         if state[at.KNOWN] > 0.0:
             r -= _known_form(state, part_x, part_y) * steep
         _write_lobes(state, part_x, part_y, steep, row)
+    state[at.RATIO], curve = _curve(c, s, r, distance, steep, start, per_start)
+    row[0], row[1], row[2], row[3] = curve
     across = steep * per_start
-    row[0], row[1], row[2] = steep, r * c * across, r * s * across
-    row[3] = 0.5 * (r - start) * (r + start) * across
     # Bias of the normal equations by noise e of variance 1, E[h (target - h value)]: row h and weight hold
     # the reading and its error. With 2 S the residual is e + e^2/(2 S), the derivative of r h (0, cos, sin)
     # and that of the logarithm of the weight -sin^2(slope)/S.
     state[at.NEW_BIAS] = (2.0 * cosine - 1.5 * steep) * per_start
     state[at.NEW_BIAS + 1], state[at.NEW_BIAS + 2] = c * across, s * across
+
+
+@compiled(error_model="numpy")
+def _slant(c, s, r, x, y):
+    """Place from the centre and its distance (mm), cosine between probe and normal, and its inverse."""
+    part_x, part_y, along = r * c - x, r * s - y, r - (x * c + y * s)
+    distance = np.sqrt(part_x * part_x + part_y * part_y)
+    if along > _STEEPEST * distance:
+        return part_x, part_y, distance, along / distance, distance / along
+    return part_x, part_y, distance, _STEEPEST, 1.0 / _STEEPEST
+
+
+@compiled(error_model="numpy")
+def _curve(c, s, r, distance, steep, start, per_start):
+    """Ratio R/r0, regressors and target of a radius on the exact curve."""
+    ratio, across = min(max(distance * per_start, LEAST_RATIO), MOST_RATIO), steep * per_start
+    return ratio, (steep, r * c * across, r * s * across, 0.5 * (r - start) * (r + start) * across)
 
 
 @compiled(error_model="numpy")

@@ -1,5 +1,6 @@
 """Settings of a streaming estimator, written into its state array; errors of invalid readings."""
 
+from functools import lru_cache
 from math import log1p
 
 import numpy as np
@@ -8,6 +9,7 @@ from scipy.special import ndtri, stdtrit
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.kernels import COARSE_STEPS, NOT_FINITE, NOT_POSITIVE, TOO_FAR
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
 
@@ -27,7 +29,13 @@ def empty_state(lobes: Floats, known: Floats) -> Floats:
 def write_quantiles(state: Floats, confidence: float) -> None:
     """Write the quantiles of a two-sided confidence."""
     state[at.BEYOND], state[at.NORMAL] = log1p(-confidence), ndtri(0.5 + confidence / 2)
-    state[at.STUDENT : at.STUDENT + at.TABLE] = stdtrit(np.arange(1.0, at.TABLE + 1), 0.5 + confidence / 2)
+    state[at.STUDENT : at.STUDENT + at.TABLE] = _student_table(confidence)
+
+
+@lru_cache(maxsize=8)
+def _student_table(confidence: float) -> Floats:
+    """Two-sided Student quantiles of 1, 2, ... degrees of freedom; kept: they are most of a new estimator."""
+    return lasting(stdtrit(np.arange(1.0, at.TABLE + 1), 0.5 + confidence / 2))
 
 
 def refusal(code: int, angle: float, reading: float) -> ValueError:

@@ -6,9 +6,11 @@ from centering.circle._estimator import slots as at
 from centering.circle._estimator.kernels import (
     PIVOT,
     _count,
+    _curve,
     _least_noise,
     _note,
     _rotate_unless_outlier,
+    _slant,
     _write_row,
     _write_row_at,
 )
@@ -166,13 +168,14 @@ def _agreed_errors(state, best, room):
     dusty neighbours. Those must fit much better: over a short arc form looks like a circle.
     """
     least, middle, error, value = np.inf, 0.0, np.empty(at.RING), np.empty(3)
-    places = np.empty((at.RING, 3))
-    _write_places(state, places)
+    places, centred, array = np.empty((at.RING, 3)), np.empty((at.RING, 4)), np.empty((4, 4))
     center_x, center_y = state[at.CENTER_X], state[at.CENTER_Y]
+    _write_places(state, places, centred)
     for n in range(120):
-        state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
+        _write_circle(centred, _triple(n), array, value)
+        state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
         times = 1.0 if n < 60 else _CLOSER
-        if not _write_errors(state, places, _triple(n), value, error, least / times):
+        if not _write_errors(state, places, value, error, least / times):
             continue
         for i in range(at.RING):
             room[i] = error[i]
@@ -187,28 +190,43 @@ def _agreed_errors(state, best, room):
 
 
 @compiled(error_model="numpy")
-def _write_places(state, out):
-    """Write cosine and sine of each angle in the ring buffer, and the reading, (30, 3)."""
-    cells = _ring(state)
+def _write_places(state, out, centred):
+    """Write cosine and sine of each angle in the ring buffer and the reading, and rows about the axis."""
+    cells, row = _ring(state), _arrays(state)[15]
+    state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
     for i in range(at.RING):
         out[i, 0], out[i, 1], out[i, 2] = np.cos(cells[i, 0]), np.sin(cells[i, 0]), cells[i, 1]
+        _write_row_at(state, out[i, 0], out[i, 1], out[i, 2], row)
+        for k in range(4):
+            centred[i, k] = row[k]
 
 
 @compiled(error_model="numpy")
-def _write_errors(state, places, three, value, error, least):
-    """Write the circle through three readings and the errors (mm); return whether the median is < `least`."""
-    rows, far = _arrays(state), 0
-    array, row = rows[:3], rows[15]
-    _empty(array)
+def _write_circle(centred, three, array, value):
+    """Write the circle through three readings; `array`: room for its triangle and a row."""
+    _empty(array[:3])
     for n in range(3):
-        i = three[n]
-        _write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
-        rotate(array, row)
-    back_substitute(array, 3, value)
-    state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
+        for k in range(4):
+            array[3, k] = centred[three[n], k]
+        rotate(array[:3], array[3])
+    back_substitute(array[:3], 3, value)
+
+
+@compiled(error_model="numpy")
+def _write_errors(state, places, value, error, least):
+    """Write the errors (mm) about the circle of a value; return whether the median is < `least`."""
+    far, row, plain = 0, _arrays(state)[15], state[at.LIMACON] == 0.0 and state[at.KNOWN] == 0.0
+    tip, start, per_start = state[at.TIP], state[at.REFERENCE], state[at.PER_REFERENCE]
+    q, x, y = value[0], value[1], value[2]
     for i in range(at.RING):
-        _write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
-        error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2]) / state[at.RATIO]
+        c, s, reading = places[i, 0], places[i, 1], places[i, 2]
+        if plain:
+            (_, _, distance, _, steep) = _slant(c, s, reading + tip, x, y)
+            ratio, (h0, h1, h2, t) = _curve(c, s, reading + tip, distance, steep, start, per_start)
+            state[at.RATIO], error[i] = ratio, abs(t - h0 * q - h1 * x - h2 * y) / ratio
+        else:
+            _write_row_at(state, c, s, reading, row)
+            error[i] = abs(row[3] - row[0] * q - row[1] * x - row[2] * y) / state[at.RATIO]
         far += error[i] >= least
         if 2 * far > at.RING:  # the median is not
             return False

@@ -8,9 +8,16 @@ import numpy as np
 
 from centering._problem.model import PushModel
 from centering._problem.problem import CenteringLimits
-from centering.cycle._strategy.outcomes import PushKind, until_turn
+from centering.cycle._strategy.outcomes import PushKind, rows_of, until_turn
 from centering.cycle._strategy.tip_ways import approach_rows, drawn_back_rows
-from centering.push._contact.reaction_kernels import COLUMNS, DONE, FINAL_POSITION, LOG_COLUMNS, push
+from centering.push._contact.reaction_kernels import (
+    COLUMNS,
+    DONE,
+    FINAL_POSITION,
+    LOG_COLUMNS,
+    TRAVEL,
+    push,
+)
 from centering.push.turning._plane_kernels import TIP
 from centering.push.turning._shooting import landing, ring_state
 from sdpgrind.base.checks import Floats
@@ -120,7 +127,7 @@ def launch(
         Believed friction of the part over that of the model.
     """
     felt = felt_model(model, friction)
-    goal = _travel_at_rest(kind.profile(model, stroke, limits.acceleration_max).segments, felt)
+    goal = _travel_at_rest(rows_of(kind, model, stroke, limits.acceleration_max), felt)
     tries = [_tried(kind, stroke, start, (model, felt), limits, goal)]
     strokes = [stroke]
     for _ in range(_MENDINGS):
@@ -174,7 +181,7 @@ def _tried(
 
     Of the two models the first is nominal, as in the tables of outcomes, the second is the believed one.
     """
-    contact = kind.profile(models[0], stroke, limits.acceleration_max).segments
+    contact = rows_of(kind, models[0], stroke, limits.acceleration_max)
     before = approach_rows(start.room, float(contact[0, 1]), limits)
     rows = np.vstack((before, contact) if kind.retract else (before, contact, drawn_back_rows(limits)))
     lead, left = _lead(rows, start, models[1], guess)
@@ -201,7 +208,7 @@ def _made_up(rows: Floats, first: int, lag: float) -> Floats:
 def _travel_at_rest(contact: Floats, model: PushModel) -> float:
     """Travel of the ring on a table at rest, mm."""
     out = np.empty(COLUMNS)
-    if push(model.parameters, contact, 0.0, out, _NO_LOG) != DONE:
+    if push(model.parameters, contact, 0.0, out, _NO_LOG, TRAVEL) != DONE:
         raise RuntimeError("a push did not end within the greatest number of events")
     return float(out[FINAL_POSITION])
 

@@ -16,6 +16,7 @@ _KEPT = 256  # chosen: stored readings; of a slow table they are thinned, so tha
 _FREEDOM = 10.0  # chosen: degrees of freedom of the prior noise
 _CHANGED = 1.15  # chosen: ratio of the noise that triggers a new solution
 _SHARE = 0.9995  # derived: quantile of a two-sided 99.9 % interval
+_LOBES = np.diag([0.0] * 3 + [1.0] * (SIZE - 3))
 
 
 @dataclass(frozen=True)
@@ -161,18 +162,17 @@ class RingFilter:
         covariance, inflation = self._solved(noise)
         if not 1.0 / _CHANGED < self.noise_sd / noise < _CHANGED:
             covariance, inflation = self._solved(self.noise_sd)
-        self._form = max(
-            self._least_form, sqrt(float(np.mean(self._value[3:] ** 2 + np.diag(covariance)[3:])))
-        )
+        squares = self._value[3:] ** 2 + covariance.diagonal()[3:]
+        self._form = max(self._least_form, sqrt(float(squares.sum()) / squares.size))
         self.x, self.y = float(self._value[0]), float(self._value[1])
-        a, b, c = covariance[0, 0], covariance[0, 1], covariance[1, 1]
+        (a, b), (_, c) = covariance[:2, :2].tolist()
         self.sd = inflation * sqrt(0.5 * (a + c) + hypot(0.5 * (a - c), b)) if isfinite(a + c) else inf
         self.band = float(stdtrit(self._freedom + self._own[1] / inflation**2, _SHARE)) * self.sd
 
     @property
     def _prior(self) -> Floats:
         """Prior information on the lobes, 1/mm^2."""
-        return np.diag([0.0] * 3 + [1.0 / self._form**2] * (SIZE - 3))
+        return _LOBES * (1.0 / self._form**2)
 
     @property
     def noise_sd(self) -> float:
@@ -182,14 +182,13 @@ class RingFilter:
     def _solved(self, noise: float) -> tuple[Floats, float]:
         """Covariance of the values for a noise (mm), corrected for correlation; stores values and squares."""
         rows = self._rows[: self._count]
-        rows = np.ascontiguousarray(rows[rows[:, 2] > 0.0].T)
-        angles, readings = rows[0], rows[1]
+        angles, readings = np.ascontiguousarray(rows[rows[:, 2] > 0.0, :2].T)
         ring = self._value, self._nominal + self._tip, self._turning
         self._assumed = self._prior  # as it is in the equations, whatever is made of the form after
         known = self._known + self._assumed
         covariance = solve(angles, readings, *ring, noise, known, self._told, self._matrix, self._vector)
         squares, lagged = residuals(angles, readings, *ring)
-        explained = SIZE - float(np.sum(covariance * known))
+        explained = SIZE - float((covariance * known).sum())
         self._own = squares, max(angles.size - explained, 0.0)
         rho = correlation(squares, float(angles.size), lagged) if squares > 0.0 and angles.size > 4 else 0.0
         return covariance, sqrt((1.0 + rho) / (1.0 - rho))

@@ -11,14 +11,19 @@ _FAR = 50.0  # chosen: squared standard deviations beyond which a value contradi
 
 
 @compiled
-def _between(row, grid, scale):
-    """Value at a friction scale, linear between the nodes of the tables."""
-    b, y = scale_cell(grid, scale, row.size)
-    return row[b] + y * (row[b + 1] - row[b])
+def push_cells(grid, scales, push_sd):
+    """Cells and positions of friction scales of pushes, which scatter about each part's: (scales, pushes)."""
+    cells, places = np.empty((scales, _PUSHES), np.int64), np.empty((scales, _PUSHES))
+    each = 2.0 * _REACH / (_PUSHES - 1)
+    for i in range(scales):
+        part = _scale_at(grid, i)
+        for j in range(_PUSHES):
+            cells[i, j], places[i, j] = scale_cell(grid, part * (1.0 + push_sd * (each * j - _REACH)), scales)
+    return cells, places
 
 
 @compiled
-def _likelihood(expected, grid, part, push_sd, noise, seen):
+def _likelihood(expected, cells, places, noise, seen):
     """Density of what is seen, up to a factor, of a part with a friction scale; the push scatters about it.
 
     Between two grid points of the push a value is spread over their distance, which may exceed the noise.
@@ -26,9 +31,9 @@ def _likelihood(expected, grid, part, push_sd, noise, seen):
     kinds, each = seen.size, 2.0 * _REACH / (_PUSHES - 1)
     values = np.empty((kinds, _PUSHES))
     for j in range(_PUSHES):
-        scale = part * (1.0 + push_sd * (each * j - _REACH))
+        b, y = cells[j], places[j]
         for k in range(kinds):
-            values[k, j] = _between(expected[k], grid, scale)
+            values[k, j] = expected[k, b] + y * (expected[k, b + 1] - expected[k, b])
     total = 0.0
     for j in range(_PUSHES):
         e, apart, widths = each * j - _REACH, 0.0, 1.0
@@ -42,16 +47,16 @@ def _likelihood(expected, grid, part, push_sd, noise, seen):
 
 
 @compiled
-def learned(expected, grid, weights, push_sd, noise, seen):
+def learned(expected, pushes, weights, noise, seen):
     """Weights of a part's friction scales, nodes of the tables, after a push.
 
-    `expected`: values at the nodes (kinds of value, nodes), travel for one; `noise` and `seen`: sd of the
-    observed values, and these.
+    `expected`: values at the nodes (kinds of value, nodes), travel for one; `pushes`: `push_cells`; `noise`
+    and `seen`: sd of the observed values, and these.
     """
+    cells, places = pushes
     after, total = np.empty(weights.size), 0.0
     for i in range(weights.size):
-        scale = _scale_at(grid, i)
-        after[i] = weights[i] * _likelihood(expected, grid, scale, push_sd, noise, seen)
+        after[i] = weights[i] * _likelihood(expected, cells[i], places[i], noise, seen)
         total += after[i]
     for i in range(weights.size):
         after[i] /= total

@@ -11,7 +11,13 @@ from sdpgrind.base.compiling.compiled import compiled
 def _between(values, i):
     """Linear interpolation at a fractional index."""
     a = min(int(i), values.size - 2)
-    return values[a] + (i - a) * (values[a + 1] - values[a])
+    return _inside(values, a, i - a)
+
+
+@compiled(error_model="numpy")
+def _inside(values, a, x):
+    """Linear interpolation at a share `x` of the cell that begins at index `a`."""
+    return values[a] + x * (values[a + 1] - values[a])
 
 
 @compiled(error_model="numpy")
@@ -20,7 +26,7 @@ def table_speed(speeds, axis, offset):
     return _between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))
 
 
-@compiled
+@compiled(error_model="numpy")
 def _learning_rate(travel, friction, weight, noise):
     """Mean travel (mm), and change of a push's friction (in its sd) per mm of it: best linear estimate."""
     mean, square, product = 0.0, 0.0, 0.0
@@ -33,7 +39,7 @@ def _learning_rate(travel, friction, weight, noise):
     return mean, product / variance if variance > 0.0 else 0.0
 
 
-@compiled
+@compiled(error_model="numpy")
 def _cells_of(known, slot, friction, spread, luck, grid, scales):
     """Cells of the friction scales of all draws, and positions in them; found anew for another friction.
 
@@ -47,21 +53,21 @@ def _cells_of(known, slot, friction, spread, luck, grid, scales):
     return cells[slot], places[slot]
 
 
-@compiled
+@compiled(error_model="numpy")
 def _turn_to(along, across):
     """Rotation (rad) that brings the high point of a ring under the tip again, in (0, 2 pi]."""
     phase = -np.arctan2(across, along)
     return phase if phase > 0.0 else phase + 2.0 * np.pi
 
 
-@compiled
+@compiled(error_model="numpy")
 def push_once(offset, travel, angle):
     """Offset (mm) after a push, and the rotation (rad) that brings its high point under the tip again."""
     along, across = offset - travel * np.cos(angle), -travel * np.sin(angle)
     return np.hypot(along, across), _turn_to(along, across)
 
 
-@compiled
+@compiled(error_model="numpy")
 def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, draws, out):
     """Simulate pushes from P states; return row starts (P + 1,), columns and weights of the transitions.
 
@@ -124,22 +130,24 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
         for q in range(count):
             moved[q] = travel_in_cell(travel, grid, s + place[q], cells[q], places[q])
         expected, learns = _learning_rate(moved, luck, weight, noise)
-        time, many = 0.0, 0
+        time, many, first = 0.0, 0, -1
         for q in range(count):
             x, w = moved[q], weight[q]
+            first = first + 1 if first < firsts - 1 else 0
             along, across = d + hidden[q] - x * cosine[q], -x * sine[q]
             square = along * along + across * across
             if square <= finish * finish:
-                turned = _between(final_arc[q % firsts], inward * np.sqrt(square))
-                time += w * measured_at(pressed, after, begun[q % firsts], speeds[0], rate[0], turned)
+                turned = _between(final_arc[first], inward * np.sqrt(square))
+                time += w * measured_at(pressed, after, begun[first], speeds[0], rate[0], turned)
                 continue
             i = min(max((0.5 * np.log(square) - log_low) / log_step, 0.0), n_offset - 1.0)
-            turn, speed, gains = _turn_to(along, across), _between(speeds, i), _between(rate, i)
-            others = _between(arc[q % firsts], i), _between(launch, i), _between(lead, i)
-            time += w * push_to_push(turn, pressed, after, begun[q % firsts], speed, gains, *others)[0]
+            a = min(int(i), n_offset - 2)
+            turn, speed, gains = _turn_to(along, across), _inside(speeds, a, i - a), _inside(rate, a, i - a)
+            others = _inside(arc[first], a, i - a), _inside(launch, a, i - a), _inside(lead, a, i - a)
+            time += w * push_to_push(turn, pressed, after, begun[first], speed, gains, *others)[0]
             learned = min(max(m + share * learns * (x - expected), low), high)
             j = min((learned - low) / step, n_friction - 1.0)
-            a, b = min(int(i), n_offset - 2), min(int(j), n_friction - 2)
+            b = min(int(j), n_friction - 2)
             for corner in range(4):
                 up, right = corner >> 1, corner & 1
                 part = w * ((i - a) if up else (1.0 - i + a)) * ((j - b) if right else (1.0 - j + b))

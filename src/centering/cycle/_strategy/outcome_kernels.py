@@ -7,7 +7,7 @@ from sdpgrind.base.compiling.compiled import compiled
 FINE = 0.25  # chosen: distance from 1 within which friction scales are evenly spaced; beyond, geometrically
 
 
-@compiled
+@compiled(error_model="numpy")
 def _scale_at(grid, j):
     """Friction scale at a fractional node."""
     return 1.0 + FINE * np.sinh(grid[2] + grid[3] * j)
@@ -21,7 +21,7 @@ def scale_cell(grid, scale, scales):
     return b, j - b
 
 
-@compiled
+@compiled(error_model="numpy")
 def travel_at(table, grid, stroke, scale):
     """Travel (mm) of a push, bilinear in log stroke and `scale_cell`.
 
@@ -31,7 +31,7 @@ def travel_at(table, grid, stroke, scale):
     return travel_in_cell(table, grid, stroke, b, y)
 
 
-@compiled
+@compiled(error_model="numpy")
 def travel_in_cell(table, grid, stroke, b, y):
     """`travel_at` where the cell of the scale, and the position in it, are known."""
     if stroke <= 0.0:

@@ -10,9 +10,10 @@ import numpy as np
 from centering._problem.model import PushModel
 from centering.cycle._strategy.outcome_kernels import FINE, stroke_for, travel_at
 from centering.push._contact.reaction import refuse_unfinished
-from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION, push_many
-from centering.push._profile.gentle import gentle_profile, tap_profile
+from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION, TRAVEL, push_many
+from centering.push._profile.gentle import gentle_push, profile_of, tap
 from centering.push._profile.profile import TipProfile
+from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import execute
@@ -71,19 +72,27 @@ class PushKind(Described):
         acceleration : float
             Acceleration of the slide, mm/s^2.
         """
-        if self.shape == "gentle":
-            return gentle_profile(model, stroke, self.push_speed, acceleration_max=acceleration)
-        if self.retract:
-            return tap_profile(stroke, self.push_speed, acceleration_max=acceleration)
-        return stopped_push(stroke, self.push_speed, acceleration)
+        stroke = checks.positive("stroke", stroke, "mm")
+        return profile_of(
+            rows_of(self, model, stroke, checks.positive("acceleration", acceleration, "mm/s^2"))
+        )
 
 
-def stopped_push(stroke: float, speed: float, acceleration: float) -> TipProfile:
-    """Return a push at constant speed (mm/s) that stops after `stroke` (mm) at full deceleration."""
+def rows_of(kind: PushKind, model: PushModel, stroke: float, acceleration: float) -> Floats:
+    """Return the rows of `PushKind.profile`: duration (s), initial velocity (mm/s), acceleration (mm/s^2)."""
+    if kind.shape == "gentle":
+        return gentle_push(model, stroke, kind.push_speed, acceleration)
+    if kind.retract:
+        return tap(stroke, kind.push_speed, acceleration)
+    return _stopped_push(stroke, kind.push_speed, acceleration)
+
+
+def _stopped_push(stroke: float, speed: float, acceleration: float) -> Floats:
+    """Rows at constant speed (mm/s) that stop after `stroke` (mm) at full deceleration."""
     top = min(speed, sqrt(2.0 * acceleration * stroke))
     cruise = stroke / top - top / (2.0 * acceleration)
     rows = [(cruise, top, 0.0)] if cruise > 1e-9 else []
-    return TipProfile(*np.array([*rows, (top / acceleration, top, -acceleration)]).T)
+    return np.array([*rows, (top / acceleration, top, -acceleration)])
 
 
 def default_kinds(top_speed: float) -> tuple[PushKind, ...]:
@@ -201,32 +210,27 @@ def _rows(
     model: PushModel, strokes: Floats, acceleration: float, kind: PushKind
 ) -> tuple[Floats, Floats, int]:
     """Travel [stroke, friction scale], contact time [stroke] and last stroke of one kind of push."""
-    profiles, times = [], []
-    for stroke in strokes:
-        profile = kind.profile(model, float(stroke), acceleration)
-        times.append(pushing_time(profile))
-        profiles.append(profile)
+    pushes, times = [], []
+    for stroke in strokes.tolist():
+        pushes.append(rows_of(kind, model, stroke, acceleration))
+        times.append(until_turn(pushes[-1]))
         if times[-1] > _LONGEST:
             break
-    count = len(profiles)
+    count = len(pushes)
     travel = np.zeros((strokes.size, FRICTION_SCALES.size))
-    travel[:count] = _travels(model, profiles)
+    for k, scale in enumerate(FRICTION_SCALES.tolist()):
+        travel[:count, k] = travels(scaled(model, scale)[None], pushes)
     travel[count:] = travel[count - 1]
     return travel, np.pad(times, (0, strokes.size - count), mode="edge"), count - 1
 
 
-def _travels(model: PushModel, profiles: list[TipProfile]) -> Floats:
-    """Travel of the part [profile, friction scale], mm."""
-    segments = np.concatenate([profile.segments for profile in profiles])
-    ends = np.cumsum([profile.duration.size for profile in profiles])
-    starts = np.array([profile.start for profile in profiles])
-    out, status = np.empty((starts.size, COLUMNS)), np.empty(starts.size, dtype=np.int64)
-    travel = np.empty((starts.size, FRICTION_SCALES.size))
-    for k, scale in enumerate(FRICTION_SCALES):
-        push_many(scaled(model, float(scale))[None], segments, ends, starts, out, status)
-        refuse_unfinished(status)
-        travel[:, k] = out[:, FINAL_POSITION]
-    return travel
+def travels(parameters: Floats, pushes: Sequence[Floats]) -> Floats:
+    """Return the travels (mm) of parts in pushes by their rows; `parameters`, (m, 6) or (1, 6): of all."""
+    segments, ends = np.concatenate(pushes), np.cumsum([len(rows) for rows in pushes])
+    out, status = np.empty((ends.size, COLUMNS)), np.empty(ends.size, dtype=np.int64)
+    push_many(parameters, segments, ends, np.zeros(ends.size), out, status, TRAVEL)
+    refuse_unfinished(status)
+    return out[:, FINAL_POSITION].copy()
 
 
 def scaled(model: PushModel, scale: float) -> Floats:
@@ -234,11 +238,6 @@ def scaled(model: PushModel, scale: float) -> Floats:
     parameters = model.parameters
     parameters[3:5] *= scale
     return parameters
-
-
-def pushing_time(profile: TipProfile) -> float:
-    """Time from first touch to the turning point of the tip, s."""
-    return until_turn(profile.segments)
 
 
 def until_turn(rows: Floats) -> float:

@@ -10,11 +10,9 @@ from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.cycle_times import FORCE_SHOWS
 from centering.cycle._strategy.density import prior
 from centering.cycle._strategy.draw_kernels import push_once
-from centering.cycle._strategy.outcomes import FRICTION_SCALES, pushing_time, scaled
+from centering.cycle._strategy.outcomes import FRICTION_SCALES, PushKind, rows_of, scaled, travels, until_turn
 from centering.cycle._strategy.runs import CenteringRuns
 from centering.cycle._strategy.timing import CycleTiming
-from centering.push._contact.reaction import simulate_pushes
-from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
@@ -28,11 +26,11 @@ class Followed(Protocol):
 
     problem: CenteringProblem
     finish: float
+    kinds: tuple[PushKind, ...]
 
     @property
     def timing(self) -> CycleTiming: ...
     def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice: ...
-    def profile(self, choice: PushChoice) -> TipProfile: ...
     def update_belief(
         self,
         friction: float,
@@ -121,11 +119,18 @@ class Parts:
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
         scale = np.array([self._friction(int(k), unit[:, k]) for k in at])
         model = self.strategy.problem.model
-        profiles = [
-            self.strategy.profile(choice._replace(stroke=max(choice.stroke + p, 1e-6)))
-            for choice, p in zip(choices, place, strict=True)
+        pushes = [
+            self._rows(choice, max(choice.stroke + p, 1e-6))
+            for choice, p in zip(choices, place.tolist(), strict=True)
         ]
-        return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in scale]), profiles)[:, 0])
+        return travels(np.array([scaled(model, float(r)) for r in scale]), pushes)
+
+    def _rows(self, choice: PushChoice, stroke: float) -> Floats:
+        """Motion of the tip (s, mm/s, mm/s^2) in a push with another stroke (mm)."""
+        problem = self.strategy.problem
+        return rows_of(
+            self.strategy.kinds[choice.kind], problem.model, stroke, problem.limits.acceleration_max
+        )
 
     def _friction(self, k: int, unit: Floats) -> float:
         """Friction scale of a push of part k."""
@@ -153,7 +158,7 @@ class Parts:
         )
         self._learn(k, choice, seen, unit)
         self.waiting[k] = self.measured[k] > strategy.finish
-        pressed, times = pushing_time(strategy.profile(choice)), strategy.timing
+        pressed, times = until_turn(self._rows(choice, choice.stroke)), strategy.timing
         at = float(self.speed[k]), float(self.measured[k]), int(self.pushes[k]), float(self.phase[k])
         if self.waiting[k]:
             self.last[k], self.speed[k] = times.next_push(choice.kind, pressed, phase, *at)

@@ -10,13 +10,13 @@ import xarray as xr
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.as_sdp import finish_offset, friction_axis, offset_axis, packed_axes
 from centering.cycle._strategy.belief import Belief, FrictionScaleBelief, PushEvidence
-from centering.cycle._strategy.belief_kernels import learned
+from centering.cycle._strategy.belief_kernels import learned, push_cells
 from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.cycle_times import WORTH, cycle_timing
 from centering.cycle._strategy.density import moments, prior
 from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.lookup_kernels import choose, value_at
-from centering.cycle._strategy.outcomes import OutcomeTable
+from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable
 from centering.cycle._strategy.timing import CycleTiming
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks, pictures
@@ -254,11 +254,14 @@ class Strategy(Plan):
         if shown is None:
             expected = self.outcomes.travels(commanded.kind, commanded.stroke)
             shown = PushEvidence(expected[None], np.array([self._noise]), np.array([travelled]))
-        after = learned(
-            shown.expected, self.outcomes.grid, before, self.belief.push_sd, shown.noise, shown.seen
-        )
+        after = learned(shown.expected, self._pushes, before, shown.noise, shown.seen)
         mean, sd = moments(after)
         return Belief(mean, self.belief.evidence(sd), after)
+
+    @cached_property
+    def _pushes(self) -> tuple[Any, Floats]:
+        """Where the friction scales of pushes lie among those of the tables."""
+        return push_cells(self.outcomes.grid, FRICTION_SCALES.size, self.belief.push_sd)  # type: ignore[no-any-return]
 
     @cached_property
     def _noise(self) -> float:

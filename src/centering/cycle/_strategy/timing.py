@@ -172,12 +172,21 @@ class CycleTiming(Frozen):
         first : float
             Phase of the `first_push` of the part, rad.
         """
-        tip, launch, lead, arcs, _, _, rates = self.of_kind(kind, pushes)
-        columns = self.speeds, rates, arcs[_part_of_turn(first)], launch, lead
-        place, nodes = self._place(offset), self._nodes
-        there = [float(np.interp(place, nodes, each)) for each in columns]
+        tip, row = tuple(self.after[kind].tolist()), self._columns[min(pushes, SETTLED), _part_of_turn(first)]
+        there = _interpolated(self._place(offset), self._nodes, row)
         time, reached = push_to_push(phase, RESTING * pressed, tip, before, *there)
         return float(time), float(reached)
+
+    @cached_property
+    def _columns(self) -> Floats:
+        """Columns of `push_to_push` at the offsets, (P, F, 5, N): by pushes before and first rotation."""
+        launch = self.lead + LATEST * self._sample
+        later = [min(seen + 1, SETTLED) for seen in range(SETTLED + 1)]
+        rows = [
+            [(self.speeds, self.rate[seen], arcs, launch, self.lead) for arcs in self.arc[then]]
+            for seen, then in enumerate(later)
+        ]
+        return np.array(rows)
 
     def end_time(
         self, kind: int, pressed: float, before: float, offset: float, pushes: int, first: float
@@ -209,6 +218,14 @@ def _mean_reached(before: Floats, speeds: Floats, rates: Floats, held: float, st
         times = [turn_time(phase, begun, speed, rate, held, lead) for phase in phases]
         found.append(sum(speed_after(time, begun, speed, rate, held, lead) for time in times) / _PHASES)
     return np.array(found)
+
+
+def _interpolated(place: float, nodes: Floats, rows: Floats) -> list[float]:
+    """Return each row, (R, N), at a place, as `numpy.interp` does."""
+    k = min(max(int(nodes.searchsorted(place, "right")) - 1, 0), nodes.size - 2)
+    left, right, along = rows[:, k], rows[:, k + 1], min(max(place, nodes[0]), nodes[-1]) - nodes[k]
+    values: list[float] = ((right - left) / (nodes[k + 1] - nodes[k]) * along + left).tolist()
+    return values
 
 
 def _part_of_turn(first: float) -> int:

@@ -27,7 +27,7 @@ def turn_time(angle, before, speed, rate, held, steady):
     return held + late + 2.0 * left / (start + np.sqrt(max(start * start + 2.0 * slope * left, 0.0)))
 
 
-@compiled
+@compiled(error_model="numpy")
 def speed_after(time, before, speed, rate, held, steady):
     """Speed (rad/s) of a table at the end of a `turn_time` (s)."""
     if speed >= before:
@@ -35,7 +35,7 @@ def speed_after(time, before, speed, rate, held, steady):
     return max(before - rate * max(time - held, 0.0), speed)
 
 
-@compiled
+@compiled(error_model="numpy")
 def measured_at(pressed, tip, before, speed, rate, arc):
     """Time (s) from the alignment of a push until the place of the part is known well enough.
 
@@ -49,7 +49,7 @@ def measured_at(pressed, tip, before, speed, rate, arc):
     return max(first + max(turned, tip[3]), pressed + tip[2])
 
 
-@compiled
+@compiled(error_model="numpy")
 def push_to_push(phase, pressed, tip, before, speed, rate, arc, launch, lead):
     """Time (s) between the alignments of two pushes, and the speed (rad/s) at the second.
 

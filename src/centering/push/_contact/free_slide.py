@@ -6,7 +6,8 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from centering.push._contact.reaction import Pushable, parameter_rows, simulate_pushes
+from centering.push._contact.reaction import Pushable, parameter_rows, pushed
+from centering.push._contact.reaction_kernels import FREE_SLIDE, TRAVEL
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import lasting
@@ -178,5 +179,5 @@ def _slides(parameters: Floats, speed: Floats) -> Floats:
         stiffness * speed
     )
     flight = 4.0 * mass * (speed + static / np.sqrt(mass * stiffness)) / coulomb
-    pushes = zip(speed, contact + flight, strict=True)
-    return simulate_pushes(parameters, [TipProfile.constant_speed(v, t) for v, t in pushes])[:, 1]
+    pushes = [TipProfile.constant_speed(v, t) for v, t in zip(speed, contact + flight, strict=True)]
+    return pushed(parameters, pushes, TRAVEL)[:, FREE_SLIDE]

@@ -6,7 +6,14 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from centering.push._contact.reaction_kernels import COLUMNS, DONE, EVENTS_MAX, TOO_MANY, push_many
+from centering.push._contact.reaction_kernels import (
+    COLUMNS,
+    DONE,
+    EVENTS_MAX,
+    TOO_MANY,
+    WORK,
+    push_many,
+)
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -69,6 +76,11 @@ def simulate_pushes(
     >>> table[:, 2].round(2), (1000 * table[:, 1]).round(1)  # N, µm
     (array([ 69.6 ,  96.64, 164.78]), array([  0. , 193.8, 859.9]))
     """
+    return pushed(parameters, profiles, WORK)
+
+
+def pushed(parameters: Any, profiles: "TipProfile | Sequence[TipProfile]", asked: int) -> Floats:
+    """Return the table of `simulate_pushes`, its peak force and energy balance only where `asked` for."""
     rows = parameter_rows(parameters)
     listed = [profiles] if isinstance(profiles, TipProfile) else list(profiles)
     for profile in listed:
@@ -82,7 +94,7 @@ def simulate_pushes(
     ends = np.cumsum([profile.duration.size for profile in listed])
     starts = np.array([profile.start for profile in listed])
     out, status = np.empty((m, COLUMNS)), np.empty(m, dtype=np.int64)
-    push_many(rows, segments, ends, starts, out, status)
+    push_many(rows, segments, ends, starts, out, status, asked)
     refuse_unfinished(status)
     return out
 

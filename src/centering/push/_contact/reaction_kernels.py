@@ -16,50 +16,63 @@ DONE, TOO_MANY, STALLED = range(3)
 """How a push ended."""
 EVENTS_MAX = 200_000  # chosen: four times the phases of the slowest useful push of the lightest part
 _STALLED = 200  # chosen: phases in a row without duration that count as no progress
+TRAVEL, FORCE, WORK = range(3)
+"""What is asked of a push: where it ends; the peak force too; the energy balance too (most of the time)."""
 _WORK, _FRICTION, _FLYING, _LEFT_AT = range(4)
 
 
 @compiled
-def push(parameters, segments, start, out, log):
+def push(parameters, segments, start, out, log, asked):
     """Simulate a push; write its result into `out` and its phases into the rows of `log`; return the status.
 
     `parameters`: M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm). `segments`, (n, 3):
     duration (s), initial velocity (mm/s) and acceleration (mm/s^2) of the tip, which begins at `start` (mm);
     the resting part is at 0. `log`, (m, LOG_COLUMNS), takes one row more than there are events; m may be 0.
+    `asked`: TRAVEL, FORCE or WORK; what is not asked is written as infinite force and NaN balance.
 
     After the last segment a tip that does not advance keeps its speed until the part rests; a tip that
     advances ends the push. A part at rest that a receding tip still touches stays.
     """
     law = (parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5])
-    out[:COLUMNS] = 0.0
-    out[BREAKAWAY_TIME] = np.nan
-    sums = np.zeros(4)
+    sums = _blank(out, asked)
     tip, gap, speed, tip_speed = start, start, 0.0, 0.0
     for s in range(segments.shape[0]):
         duration, tip_speed, acceleration = segments[s, 0], segments[s, 1], segments[s, 2]
         tip, gap, speed, status = _segment(
-            law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums
+            law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums, asked
         )
         tip_speed += acceleration * duration
         if status != DONE:
             return status
     tip_speed = _end_speed(segments, tip_speed)
     if tip_speed <= 0.0:
-        tip, gap, speed, status = _segment(law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums)
+        tip, gap, speed, status = _segment(
+            law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums, asked
+        )
         speed = 0.0 if status == DONE else speed
-    _finish(law, tip, tip_speed, gap, speed, out, log, sums)
+    _finish(law, tip, tip_speed, gap, speed, out, log, sums, asked)
     return status
 
 
 @compiled
-def push_many(parameters, segments, ends, starts, out, status):
+def _blank(out, asked):
+    """Clear the result of a push; return its sums. No force exceeds an infinite peak: none is searched."""
+    out[:COLUMNS] = 0.0
+    out[BREAKAWAY_TIME] = np.nan
+    if asked < FORCE:
+        out[PEAK_FORCE] = np.inf
+    return np.zeros(4)
+
+
+@compiled
+def push_many(parameters, segments, ends, starts, out, status, asked):
     """Simulate pushes: row i (or the only one) of `parameters`, segments up to ``ends[i]`` (or all)."""
     log = np.empty((0, LOG_COLUMNS))
     for i in range(out.shape[0]):
         profile = i if ends.size > 1 else 0
         begin = ends[profile - 1] if profile > 0 else 0
         law = parameters[i if parameters.shape[0] > 1 else 0]
-        status[i] = push(law, segments[begin : ends[profile]], starts[profile], out[i], log)
+        status[i] = push(law, segments[begin : ends[profile]], starts[profile], out[i], log, asked)
 
 
 @compiled
@@ -73,7 +86,7 @@ def _end_speed(segments, speed):
 
 
 @compiled
-def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums):
+def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums, asked):
     """Follow the part over a segment (inf: until it rests); return tip, gap (mm), speed (mm/s), status."""
     time, begun, stalled = 0.0, out[TIME], 0
     mode = _mode_of(law, gap, tip_speed - speed, speed, acceleration)
@@ -88,7 +101,8 @@ def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, 
             law, mode, gap, velocity, acceleration, speed, left, out[PEAK_FORCE]
         )
         out[PEAK_FORCE] = max(out[PEAK_FORCE], peak)
-        _add_energies(law, mode, gap, velocity, acceleration, speed, speed_after, gap_after, taken, sums)
+        if asked == WORK:
+            _add_energies(law, mode, gap, velocity, acceleration, speed, speed_after, gap_after, taken, sums)
         time, gap, speed = time + taken, gap_after, speed_after
         out[TIME] = begun + time
         if taken == left:
@@ -136,7 +150,7 @@ def _add_energies(law, mode, gap, tip_speed, acceleration, speed, speed_after, g
 
 
 @compiled
-def _finish(law, tip, tip_speed, gap, speed, out, log, sums):
+def _finish(law, tip, tip_speed, gap, speed, out, log, sums, asked):
     """Record where and how the push has ended."""
     row = int(out[EVENTS])
     if row < log.shape[0]:
@@ -145,4 +159,5 @@ def _finish(law, tip, tip_speed, gap, speed, out, log, sums):
     _slide(tip - gap, out, sums)
     out[FINAL_POSITION], out[FINAL_SPEED] = tip - gap, speed
     scale = sums[_WORK] + 0.5 * law[3] * law[3] / law[1]  # work and energy stored in the contact at breakaway
-    out[ENERGY_ERROR] = abs(sums[_WORK] - sums[_FRICTION] - 0.5 * law[0] * speed * speed) / scale
+    balance = sums[_WORK] - sums[_FRICTION] - 0.5 * law[0] * speed * speed
+    out[ENERGY_ERROR] = abs(balance) / scale if asked == WORK else np.nan

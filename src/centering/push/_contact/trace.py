@@ -10,7 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from centering.push._contact.reaction import COLUMN_NAMES, Pushable, parameter_rows, refuse_unfinished
-from centering.push._contact.reaction_kernels import COLUMNS, EVENTS, LOG_COLUMNS, push
+from centering.push._contact.reaction_kernels import COLUMNS, EVENTS, LOG_COLUMNS, TRAVEL, WORK, push
 from centering.push._contact.sample_kernels import sample
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks, pictures, stored
@@ -251,7 +251,7 @@ def simulate_push(model: "Pushable | npt.ArrayLike", profile: TipProfile) -> Pus
 def traced(kernel: Any, law: Floats, rows: Floats, start: float) -> tuple[Floats, Floats]:
     """Phases and summary of a push; the first run of the kernel counts the phases."""
     summary, nothing = np.empty(COLUMNS), np.empty((0, LOG_COLUMNS))
-    refuse_unfinished(np.array([kernel(law, rows, start, summary, nothing)]))
+    refuse_unfinished(np.array([kernel(law, rows, start, summary, nothing, TRAVEL)]))
     phases = np.empty((int(summary[EVENTS]) + 1, LOG_COLUMNS))
-    kernel(law, rows, start, summary, phases)
+    kernel(law, rows, start, summary, phases, WORK)
     return phases, summary

@@ -33,6 +33,7 @@ _OPTIONS: dict[str, Any] = {
     "ipopt.max_iter": _ITERATIONS,
     "ipopt.tol": 1e-7,
     "ipopt.mu_strategy": "adaptive",
+    "ipopt.mumps_permuting_scaling": 0,  # measured: a fifth of the time, for the same pushes within 2e-6
 }
 SOLVED = "Solve_Succeeded"
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from centering._problem.model import PushModel
 from centering._problem.problem import CenteringProblem
-from centering.push._contact.reaction import simulate_pushes
+from centering.push._contact.reaction import pushed
+from centering.push._contact.reaction_kernels import FINAL_POSITION, TRAVEL
 from centering.push._minimum_time.program import SOLVED, STARTS, PushFound, PushProgram, PushTask
 from centering.push._minimum_time.push import OptimalPush, PushStatus, judged, with_friction
 from centering.push._profile.gentle import gentle_profile
@@ -265,7 +266,7 @@ def creeps(
     """Slow ends that bring all parts within an error (mm) of one place, the fastest first."""
     possible = [(rows, float(rows[:, 0].sum())) for rows in _possible(models[-1], acceleration)]
     profiles = [TipProfile(*np.vstack((before.segments, rows, after)).T) for rows, _ in possible]
-    ends = np.array([simulate_pushes(model, profiles)[:, 0] for model in models])
+    ends = np.array([pushed(model, profiles, TRAVEL)[:, FINAL_POSITION] for model in models])
     middle, reach = 0.5 * (ends.max(axis=0) + ends.min(axis=0)), 0.5 * np.ptp(ends, axis=0)
     near = [
         Creep(*each, float(place))

@@ -10,13 +10,12 @@ from centering.push._profile.row_kernels import ROWS, gentle_rows
 from centering.push._profile.rows import retraction
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import lasting
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import trusted
 
 # chosen: closing over F_s/k at which a gentle push speeds up: friction may be 12 % above the model
 _OVERLOAD = 1.12
 _GAIN, _BRAKE = 0.5, 0.7  # chosen: accelerations over mu_k g; beyond 1 a braked part leaves the tip
-
-Row = tuple[float, float, float]
 
 
 def gentle_profile(
@@ -63,9 +62,13 @@ def gentle_profile(
     checks.kind("model", model, PushModel)
     d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
     most = checks.positive("acceleration_max", acceleration_max, "mm/s^2")
-    period, out = _period(model) if whole_periods else 0.0, np.empty((ROWS, 3))
-    count = gentle_rows(d, v, *gentle_limits(model, most), period, most, out)
-    return _profile(out[:count].tolist())
+    return profile_of(gentle_push(model, d, v, most, _period(model) if whole_periods else 0.0))
+
+
+def gentle_push(model: PushModel, distance: float, speed: float, most: float, period: float = 0.0) -> Floats:
+    """Rows of `gentle_profile`, without its checks: duration (s), velocity (mm/s), acceleration (mm/s^2)."""
+    out = np.empty((ROWS, 3))
+    return _whole_rows(out[: gentle_rows(distance, speed, *gentle_limits(model, most), period, most, out)])
 
 
 def gentle_limits(model: PushModel, acceleration_max: float) -> tuple[float, float, float]:
@@ -105,9 +108,14 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
     """
     d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
     most = checks.positive("acceleration_max", acceleration_max, "mm/s^2")
-    top = min(v, sqrt(2.0 * most * d))
-    cruise = (d - top * top / (2.0 * most)) / top
-    return _profile([(cruise, top, 0.0), (top / most, top, -most), *retraction(most).tolist()])
+    return profile_of(tap(d, v, most))
+
+
+def tap(distance: float, speed: float, most: float) -> Floats:
+    """Rows of `tap_profile`, without its checks: duration (s), velocity (mm/s), acceleration (mm/s^2)."""
+    top = min(speed, sqrt(2.0 * most * distance))
+    cruise = (distance - top * top / (2.0 * most)) / top
+    return _whole_rows(np.array([(cruise, top, 0.0), (top / most, top, -most), *retraction(most).tolist()]))
 
 
 def _period(model: PushModel) -> float:
@@ -117,8 +125,12 @@ def _period(model: PushModel) -> float:
     return 2.0 * pi / sqrt(square) if square > 0.0 else 0.0
 
 
-def _profile(rows: list[Row]) -> TipProfile:
-    """Profile of the rows of positive duration; their numbers are checked."""
-    least = 1e-12 * sum(t for t, _, _ in rows)
-    duration, velocity, acceleration = map(lasting, np.array([row for row in rows if row[0] > least]).T)
+def _whole_rows(rows: Floats) -> Floats:
+    """Rows of positive duration."""
+    return np.asarray(rows[rows[:, 0] > 1e-12 * sum(rows[:, 0].tolist())])
+
+
+def profile_of(rows: Floats) -> TipProfile:
+    """Return the profile of rows whose numbers are checked."""
+    duration, velocity, acceleration = map(lasting, rows.T)
     return trusted(TipProfile, duration=duration, velocity=velocity, acceleration=acceleration)

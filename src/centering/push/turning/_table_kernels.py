@@ -10,9 +10,9 @@ from math import ceil, hypot, sqrt
 import numpy as np
 
 from centering.push._contact.reaction_kernels import (
-    BREAKAWAY_TIME,
-    COLUMNS,
     DONE,
+    FORCE,
+    _blank,
     _end_speed,
     _finish,
     _segment,
@@ -80,36 +80,46 @@ def _law(parameters, held, slid):
 
 
 @compiled
-def loaded_push(parameters, pieces, start, out, log):
+def loaded_push(parameters, pieces, start, out, log, asked):
     """Simulate a push as `reaction_kernels.push`, with loads on the friction of each piece."""
-    out[:COLUMNS] = 0.0
-    out[BREAKAWAY_TIME] = np.nan
-    sums = np.zeros(4)
+    sums = _blank(out, asked)
     law = _law(parameters, 0.0, 0.0)
     tip, gap, speed, tip_speed, status = start, start, 0.0, 0.0, DONE
     for k in range(pieces.shape[0]):
         law = _law(parameters, pieces[k, HELD], pieces[k, SLID])
         tip_speed = pieces[k, VELOCITY]
         tip, gap, speed, status = _segment(
-            law, pieces[k, DURATION], tip, tip_speed, pieces[k, ACCELERATION], gap, speed, out, log, sums
+            law,
+            pieces[k, DURATION],
+            tip,
+            tip_speed,
+            pieces[k, ACCELERATION],
+            gap,
+            speed,
+            out,
+            log,
+            sums,
+            asked,
         )
         tip_speed += pieces[k, ACCELERATION] * pieces[k, DURATION]
         if status != DONE:
             return status
     tip_speed = _end_speed(pieces, tip_speed)
     if tip_speed <= 0.0:
-        tip, gap, speed, status = _segment(law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums)
+        tip, gap, speed, status = _segment(
+            law, np.inf, tip, tip_speed, 0.0, gap, speed, out, log, sums, asked
+        )
         speed = 0.0 if status == DONE else speed
-    _finish(law, tip, tip_speed, gap, speed, out, log, sums)
+    _finish(law, tip, tip_speed, gap, speed, out, log, sums, asked)
     return status
 
 
 @compiled
 def loaded_pushes(parameters, pieces, start, out, status):
-    """Simulate the same push with each row of parameters."""
+    """Simulate the same push with each row of parameters, without its energy balance."""
     nothing = np.empty((0, 7))
     for i in range(parameters.shape[0]):
-        status[i] = loaded_push(parameters[i], pieces, start, out[i], nothing)
+        status[i] = loaded_push(parameters[i], pieces, start, out[i], nothing, FORCE)
 
 
 @compiled

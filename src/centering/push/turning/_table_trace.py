@@ -78,7 +78,7 @@ def simulate_table_push(model: "Pushable | npt.ArrayLike", profile: TableProfile
 
 
 def simulate_table_pushes(parameters: Floats, profile: TableProfile) -> Floats:
-    """Simulate a push with each of (m, 6) parameters; results as of `simulate_pushes`, (m, 8)."""
+    """Simulate a push with each of (m, 6) parameters; results as of `pushed`, FORCE, (m, 8)."""
     out, status = np.empty((len(parameters), COLUMNS)), np.empty(len(parameters), dtype=np.int64)
     loaded_pushes(parameters, profile.pieces, profile.start, out, status)
     refuse_unfinished(status)
