@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from contextlib import redirect_stdout, suppress
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -113,6 +114,11 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
+    return _parser_of(_AREAS)
+
+
+@lru_cache(maxsize=1)  # some 3 ms: programs call `main` again and again
+def _parser_of(areas: tuple[str, ...]) -> argparse.ArgumentParser:
     parser = _Parser(
         prog="hwsim",
         description="Plan grinding and centering jobs, run them on simulated or real machines, and check what"
@@ -121,7 +127,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     add_demo(commands)
-    known = [import_module(module).AREA for module in _AREAS]
+    known = [import_module(module).AREA for module in areas]
     for area in known:
         add_to(commands, area)
     named = {area.name: area for area in known}

@@ -109,6 +109,12 @@ def test_refused_types(value):
         ("KW", "W", 1e3), ("hp", "W", 745.6998715822702), ("ipm", "mm/s", 25.4 / 60), ("cc/min", "mm^3/s", 1000 / 60),
         ("ccm/min", "mm^3/s", 1000 / 60), ("mm3/s", "mm^3/s", 1.0), ("mm·s⁻¹", "mm/s", 1.0), ("mm s^-1", "mm/s", 1.0), ("cm³/min", "mm^3/s", 1000 / 60),
         ("µm", "mm", 1e-3), ("1", "", 1.0), ("%", "1", 0.01), ("m s-2", "mm/s^2", 1e3), ("Grad", "rad", math.pi / 180),
+        ("MM/MIN", "mm/s", 1 / 60), ("IN/SEC", "mm/s", 25.4), ("KN", "N", 1e3), ("RPM", "rad/s", math.pi / 30), ("DEG", "rad", math.pi / 180),
+        ("Millisekunden", "s", 1e-3), ("milliseconds", "s", 1e-3), ("ns", "s", 1e-9), ("hours", "s", 3600.0), ("Stunden", "s", 3600.0), ("hrs", "s", 3600.0), ("mins", "s", 60.0),
+        ("days", "s", 86400.0), ("kilowatts", "W", 1e3), ("Millimeters", "mm", 1.0), ("MICROINCHES", "mm", 2.54e-5), ("metres", "mm", 1e3),
+        ("Newtons", "N", 1.0), ("Ampere", "A", 1.0), ("amps", "A", 1.0), ("arcmin", "rad", math.pi / 10800), ("arcsec", "rad", math.pi / 648000),
+        ("mrad", "rad", 1e-3), ("radians", "rad", 1.0), ("gradians", "rad", math.pi / 200), ("Umdrehungen/min", "rad/s", math.pi / 30),
+        ("MPa", "N/mm^2", 1.0), ("SFPM", "mm/s", 5.08), ("fpm", "mm/s", 5.08), ("feet", "mm", 304.8), ("percent", "", 0.01), ("kHz", "rad/s", 2e3 * math.pi),
     ],
 )  # fmt: skip
 def test_factors(written, unit, expected):
@@ -132,6 +138,9 @@ def test_revolutions_a_minute(written):
         ("1/s", "rad/s", r"have a unit like rad/s \(deg/s, 1/min, Hz\); got '1/s'"),
         ("mm", "", r"have a unit like 1 \(none\); got 'mm'"),
         ("mil", "mm", r"'mil' may mean several units; write \"thou\" \(0.001 in\) or \"mm\""),
+        ("lbs", "N", r"'lbs' may mean several units; write \"lbf\" \(a force\), or a mass in \"kg\""),
+        ("grad", "rad", r"'grad' may mean several units; write \"deg\" .* or \"gon\""),
+        ("NM", "N mm", "'NM' is no unit known here"),
         ("HP", "W", r"'HP' may mean several units; write \"hp\" .* or \"PS\""),
     ],
 )

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numba import types
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.extending import overload
 
 from sdpgrind.base.compiling import kernel_digest
 from sdpgrind.base.compiling.compiled import ClosedKernel, Kernel, compiled, opened
@@ -438,10 +439,43 @@ def test_a_closed_kernel_has_no_machine_code_of_its_own():
         return _rooted(x) + _rooted(x + 5.0)
 
     _rooted._cache.flush()  # what an earlier run left on disk
-    _rooted.compile((types.float64,))
-    (made,) = _rooted.overloads.values()
-    assert isinstance(made.library, LinkedLibrary)
-    assert not made.library.codegen._engine.is_symbol_defined(made.fndesc.llvm_func_name)
+    for kernel in (_rooted, compiled(_rooted.py_func)):  # compiled, and loaded from the disk
+        kernel.compile((types.float64,))
+        (made,) = kernel.overloads.values()
+        assert isinstance(made.library, LinkedLibrary)
+        assert not made.library.codegen._engine.is_symbol_defined(made.fndesc.llvm_func_name)
+    assert sum(kernel.stats.cache_hits.values()) == 1
     assert summed(4.0) == 5.0
     with pytest.raises(ValueError, match="x must be >= 0"):
         summed(-1.0)
+
+
+def test_functions_of_numba_are_prepared_once_for_kernels_of_any_door():
+    """Whatever the name of a kernel and its inlining are; another error model has code of its own."""
+    asked = []
+
+    def helped(x):
+        return x / 2.0
+
+    @overload(helped)
+    def _(x):
+        asked.append(x)
+        return lambda x: x / 2.0
+
+    @compiled
+    def _closed(x):
+        return helped(x)
+
+    @compiled(inline="always")
+    def opened(x):
+        return helped(x) + 1.0
+
+    @compiled(error_model="numpy")
+    def divided(x):
+        return helped(x) + 2.0
+
+    for kernel, count in ((_closed, 1), (opened, 1), (divided, 2)):
+        kernel._cache.flush()  # what an earlier run left on disk
+        kernel.compile((types.float64,))
+        assert len(asked) == count
+    assert opened(3.0) == 2.5

@@ -153,6 +153,7 @@ def test_refusals_name_the_areas_words(tmp_path, capsys):
 
 def test_an_area_without_tolerance_has_no_such_option(monkeypatch, capsys):
     monkeypatch.setattr(toy_area.Toy, "tolerance", "")
+    monkeypatch.setattr(cli, "_parser_of", cli._parser_of.__wrapped__)
     with pytest.raises(SystemExit):
         cli.main(["toy", "--preset", "full", "--tolerance=1"])
     assert "unrecognized arguments: --tolerance=1" in capsys.readouterr().err

@@ -1,9 +1,7 @@
 """The centering machine: tasks, outcomes, copies, runs, refusals."""
 
 import copy
-from concurrent.futures import ProcessPoolExecutor
 from math import nan
-from multiprocessing import get_context
 from typing import ClassVar
 
 import numpy as np
@@ -163,11 +161,10 @@ def test_it_fits_and_is_drawn(log):
     pyplot.close(figure)
 
 
-def test_same_seed_same_log_on_any_number_of_workers(log):
+def test_same_seed_same_log_on_any_number_of_workers(log, processes):
     plant = CenteringMachine(problem(mass=0.8))
     assert same(log, hwsim.run(plant, Follower(), parts=3, rng=7))
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        assert same(log, hwsim.run(plant, Follower(), parts=3, rng=7, executor=executor))
+    assert same(log, hwsim.run(plant, Follower(), parts=3, rng=7, executor=processes))
 
 
 def test_it_is_replayed_from_its_recording(log):

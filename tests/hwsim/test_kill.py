@@ -64,15 +64,28 @@ def policy(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module", params=["--parts 50 --simple", "--parts 2"], ids=["one draw", "three tiers"])
-def job(request, policy, tmp_path_factory):
-    """A job whose policy is planned already, its uninterrupted log, and how long it lasts."""
-    folder = tmp_path_factory.mktemp("kill")
-    job = Here(("--policy", str(policy), *request.param.split(), "--rng", "3"))
+JOBS = {"one draw": "--parts 50 --simple", "three tiers": "--parts 2"}
+
+
+def job_of(name, policy):
+    return Here(("--policy", str(policy), *JOBS[name].split(), "--rng", "3"))
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(policy, tmp_path_factory):
+    """Log of beads of one draw in a process that nobody kills, and how long that lasts: as long as three tiers."""
     start = time.perf_counter()
-    kill.Job.finish(job, folder / "whole")
-    lasts = time.perf_counter() - start
-    return job, (folder / "whole" / "run.nc").read_bytes(), lasts
+    whole = kill.Job.finish(job_of("one draw", policy), tmp_path_factory.mktemp("kill") / "whole")
+    return whole, time.perf_counter() - start
+
+
+@pytest.fixture(scope="module", params=JOBS)
+def job(request, policy, uninterrupted, tmp_path_factory):
+    """A job whose policy is planned already, its uninterrupted log, and how long it lasts."""
+    job, (whole, lasts) = job_of(request.param, policy), uninterrupted
+    if request.param != "one draw":
+        whole = job.finish(tmp_path_factory.mktemp("kill") / "whole")
+    return job, whole, lasts
 
 
 @pytest.mark.slow

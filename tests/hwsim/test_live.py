@@ -94,16 +94,20 @@ def test_where_nothing_is_late_the_numbers_are_those_of_a_simulation(period):
     assert against_clock["tap"].step_time.units == "s"
 
 
-def test_tiers_keep_their_own_grids_in_a_live_hierarchy():
-    problem = plunge.preset("simulation")
-    grinder, controller = (
-        hwsim.PlungeGrinder(problem.replace(stock=0.02)),
-        plunge.CycleController(problem.replace(stock=0.02)),
-    )
-    log = hwsim.run(grinder, controller, live=hwsim.Live(safe={"retract": 1.0}, deadline=1.0))
+@pytest.fixture(scope="module")
+def ground():
+    """Log of a part that was ground live, in 2.7 s, and the period of its controller."""
+    problem = plunge.preset("simulation").replace(stock=0.01)
+    grinder, controller = hwsim.PlungeGrinder(problem), plunge.CycleController(problem)
+    safe = hwsim.Live(safe={"retract": 1.0}, deadline=1.0)
+    return hwsim.run(grinder, controller, live=safe), controller.period
+
+
+def test_tiers_keep_their_own_grids_in_a_live_hierarchy(ground):
+    log, period = ground
     table = log[log.tiers[0]]
-    due = np.round(table.time.values / controller.period)
-    np.testing.assert_allclose(table.time.values[:-1], due[:-1] * controller.period, rtol=0, atol=1e-12)
+    due = np.round(table.time.values / period)
+    np.testing.assert_allclose(table.time.values[:-1], due[:-1] * period, rtol=0, atol=1e-12)
     missed = np.diff(due[:-1]) - 1
     np.testing.assert_array_equal(table.overrun.values[1:-1], missed)
     assert float(log.outcome.overruns[0]) == missed.sum()
@@ -448,14 +452,8 @@ def test_a_journal_that_cannot_be_written_does_not_hide_the_abort(tmp_path, monk
     assert caught.value.log["tap"].level.size >= 4
 
 
-def test_a_live_log_has_a_page(tmp_path):
-    problem = plunge.preset("simulation").replace(stock=0.02)
-    log = hwsim.run(
-        hwsim.PlungeGrinder(problem),
-        plunge.CycleController(problem),
-        live=hwsim.Live(safe={"retract": 1.0}, deadline=1.0),
-    )
-    log.report(tmp_path / "live.html")
+def test_a_live_log_has_a_page(ground, tmp_path):
+    ground[0].report(tmp_path / "live.html")
     assert (tmp_path / "live.html").stat().st_size > 10_000
 
 

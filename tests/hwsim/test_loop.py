@@ -207,12 +207,12 @@ def test_processes_give_the_same_parts():
 
 @pytest.fixture(scope="module")
 def dask():
-    """An executor with two worker processes."""
+    """An executor with a worker process of two threads."""
     distributed = pytest.importorskip("distributed")
     # without an address the scheduler listens on 8787, and warns where that is taken
     free_port = "127.0.0.1:0"
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=free_port) as cluster,
+        distributed.LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=free_port) as cluster,
         distributed.Client(cluster) as client,
     ):
         yield client.get_executor()

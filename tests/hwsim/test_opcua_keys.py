@@ -70,9 +70,16 @@ def test_an_observer_reads_and_does_not_command(server, keys):
     plant.close()
 
 
+@pytest.fixture(scope="module")
+def own(keys):
+    """A server for failed logins: four from an address are borne."""
+    with hwsim.serve(Axis(), ANY, security=keys, users=USERS) as own:
+        yield own
+
+
 @pytest.mark.parametrize("user", [None, ("operator", "wrong"), ("nobody", "correct horse"), ("operator", "")])
-def test_a_user_that_is_not_known_is_refused(keys, user):
-    with hwsim.serve(Axis(), ANY, security=keys, users=USERS) as own, pytest.raises(PermissionError) as error:
+def test_a_user_that_is_not_known_is_refused(keys, own, user):
+    with pytest.raises(PermissionError) as error:
         hwsim.OpcuaPlant(own.url, security=keys, user=user)
     assert str(error.value) == (
         f"user must be one that {own.url} knows, with its password, "

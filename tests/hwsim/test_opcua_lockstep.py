@@ -16,6 +16,7 @@ from sdpgrind import plunge, weldbead
 ANY = "opc.tcp://127.0.0.1:0"
 P1 = weldbead.preset("P1")
 STAND = hwsim.WeldBeadStand(P1, height=1.5, time=30.0)
+COARSE = {"tolerance": None, "nodes": 51}
 
 
 def lockstep(plant):
@@ -46,7 +47,7 @@ def table():
 
 
 def cell():
-    of = finishing_fakes.problem()
+    of = finishing_fakes.problem(order=1)
     return hwsim.FinishingCell(of), finishing_fakes.controller(of)
 
 
@@ -56,13 +57,13 @@ def probe():
 
 
 PLANTS = {
-    "weldbead": lambda: (STAND, weldbead.SequenceController(weldbead.plan(P1, tolerance=1e-2))),
+    "weldbead": lambda: (STAND, weldbead.SequenceController(weldbead.plan(P1, **COARSE))),
     "plunge": plunging,
     "locus": lambda: (hwsim.AdaptiveGrinder(adaptive_fakes.PROBLEM), adaptive_fakes.Printed()),
     "finishing": cell,
     "centering": lambda: (
         hwsim.CenteringMachine(centering_fakes.problem(mass=0.8)),
-        centering_fakes.Follower(),
+        centering_fakes.Follower(speed=4.0),
     ),
     "force table": table,
     "probe": probe,
@@ -113,7 +114,7 @@ def test_declarations_cross_the_wire(tank):
 
 
 def test_a_controller_for_another_job_is_refused():
-    other = weldbead.plan(P1.replace(bead_length=60.0), tolerance=1e-1)
+    other = weldbead.plan(P1.replace(bead_length=60.0), **COARSE)
     with lockstep(STAND) as server:
         said = str(hwsim.check(behind(server), weldbead.SequenceController(other)))
     assert "its bead_length is 60.0 mm, that of the plant 50.0 mm" in said

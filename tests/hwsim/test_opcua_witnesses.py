@@ -1,13 +1,12 @@
 """Other clients than ours: the tools of asyncua, and open62541 as a second stack."""
 
+import logging
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from asyncua import tools
 from opcua_fakes import Axis, served
-
-TOOLS = Path(sys.executable).parent
 
 
 @pytest.fixture(scope="module")
@@ -16,13 +15,22 @@ def server():
         yield server
 
 
-def tool(name, server, *arguments):
-    command = [str(TOOLS / name), "-u", server.url, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+@pytest.fixture
+def tool(server, monkeypatch, capsys):
+    """A tool of the terminal, in this process, which has imported it: what it prints."""
+    monkeypatch.setattr(logging, "basicConfig", lambda level: None)
+
+    def run(name, *arguments):
+        monkeypatch.setattr(sys, "argv", [name, "-u", server.url, *arguments])
+        with pytest.raises(SystemExit):
+            getattr(tools, name)()
+        return capsys.readouterr().out
+
+    return run
 
 
-def test_a_list_of_nodes(server):
-    said = tool("uals", server, "-n", "ns=2;s=Axis", "-d", "2").stdout
+def test_a_list_of_nodes(tool):
+    said = tool("uals", "-n", "ns=2;s=Axis", "-d", "2")
     for name in (
         "Identification",
         "Monitoring",
@@ -36,14 +44,13 @@ def test_a_list_of_nodes(server):
         assert name in said, said
 
 
-def test_a_value_is_read_and_a_command_written(server):
-    assert tool("uaread", server, "-n", "ns=2;s=Axis.Monitoring.place").stdout.strip() == "0.0"
-    assert tool("uaread", server, "-n", "ns=2;s=Axis.Identification.Model").stdout.strip() == "Axis"
-    refused = tool("uawrite", server, "-n", "ns=2;s=Axis.Commands.velocity", "-t", "double", "20.0")
-    assert "BadOutOfRange" in refused.stdout + refused.stderr
-    early = tool("uawrite", server, "-n", "ns=2;s=Axis.Commands.velocity", "-t", "double", "2.0")
-    assert "BadInvalidState" in early.stdout + early.stderr  # no part was started
-    said = tool("uaread", server, "-n", "ns=2;s=Axis.Production.refused").stdout.strip()
+def test_a_value_is_read_and_a_command_written(tool):
+    assert tool("uaread", "-n", "ns=2;s=Axis.Monitoring.place").strip() == "0.0"
+    assert tool("uaread", "-n", "ns=2;s=Axis.Identification.Model").strip() == "Axis"
+    assert "BadOutOfRange" in tool("uawrite", "-n", "ns=2;s=Axis.Commands.velocity", "-t", "double", "20.0")
+    early = tool("uawrite", "-n", "ns=2;s=Axis.Commands.velocity", "-t", "double", "2.0")
+    assert "BadInvalidState" in early  # no part was started
+    said = tool("uaread", "-n", "ns=2;s=Axis.Production.refused").strip()
     assert said == "a part must be started before it is commanded"
 
 

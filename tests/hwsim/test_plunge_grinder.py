@@ -4,8 +4,7 @@ refusals.
 
 import copy
 import math
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -108,13 +107,12 @@ def test_a_cut_series_is_resumed(tmp_path, grinder, finished, adapt):
     assert same(hwsim.run(grinder, CONTROLLER, **arguments, journal=tmp_path / "run.db"), whole)
 
 
-def test_any_number_of_workers(grinder):
+def test_any_number_of_workers(grinder, processes):
     alone = hwsim.run(grinder, CONTROLLER, parts=20, rng=8)
     with ThreadPoolExecutor(2) as threads:
         assert same(hwsim.run(grinder, CONTROLLER, parts=20, rng=8, executor=threads), alone)
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
-        plain = hwsim.PlungeGrinder(PROBLEM)
-        both = [hwsim.run(plain, CONTROLLER, parts=9, rng=8, executor=each) for each in (processes, None)]
+    plain = hwsim.PlungeGrinder(PROBLEM)
+    both = [hwsim.run(plain, CONTROLLER, parts=9, rng=8, executor=each) for each in (processes, None)]
     assert same(*both)
 
 

@@ -4,8 +4,6 @@ part that moves.
 
 import copy
 import math
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -117,12 +115,11 @@ def test_check_copies_and_repeats(options):
     assert same(hwsim.run(probe, controller, parts=2, rng=2), hwsim.run(probe, controller, parts=2, rng=2))
 
 
-def test_workers_change_nothing():
+def test_workers_change_nothing(processes):
     probe, controller = hwsim.Probe(RING, truth=drawn), Watch(turns=0.2)
     log = hwsim.run(probe, controller, parts=4, rng=2)
     assert len(set(log.outcome.true_offset.values)) == 4
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        assert same(hwsim.run(probe, controller, parts=4, rng=2, executor=executor), log)
+    assert same(hwsim.run(probe, controller, parts=4, rng=2, executor=processes), log)
 
 
 def test_controllers_are_compared_on_the_same_rings():

@@ -3,11 +3,10 @@ always hold.
 """
 
 import copy
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from functools import partial
 from math import ceil, floor
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -365,13 +364,10 @@ def test_execution_times_have_the_mean_and_deviation_asked_for():
     assert times.std() == pytest.approx(0.001, abs=4 * 1.4e-5)
 
 
-def test_the_same_seed_gives_the_same_bytes_on_any_number_of_workers():
+def test_the_same_seed_gives_the_same_bytes_on_any_number_of_workers(processes):
     serial = execute(loops, range(6))
     assert len({each.trace.tobytes() for each in serial}) == 6
-    with (
-        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes,
-        ThreadPoolExecutor(3) as threads,
-    ):
+    with ThreadPoolExecutor(3) as threads:
         for executor in (processes, threads):
             for one, other in zip(serial, execute(loops, range(6), executor), strict=True):
                 assert one == other and one.trace.tobytes() == other.trace.tobytes()

@@ -1,5 +1,6 @@
 """Exit statuses of commands, their one line of text, and the lock of a folder."""
 
+import ctypes
 import errno
 import io
 import os
@@ -20,11 +21,20 @@ from hwsim._log.journal import SecondWriterError
 from hwsim.cli import main
 from hwsim.command import _lock
 from hwsim.command._lock import LockedError, locked
-from hwsim.command._statuses import Terminated, ended
+from hwsim.command._statuses import Terminated, catch_signals, ended
+from sdpgrind import weldbead
 from sdpgrind.base.whole_files import remove_leftovers, whole_file
 
 COMMAND = [sys.executable, "-c", "import sys; from _hwsim import main; sys.exit(main())"]  # as the script
 BEADS = ["weldbead", "--preset", "P1", "--no-pictures", "--tolerance", "0.05"]
+
+
+@pytest.fixture(scope="module")
+def policy(tmp_path_factory):
+    """File of a policy that is exact enough for the beads."""
+    path = tmp_path_factory.mktemp("policy") / "p1.nc"
+    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51).save(path)
+    return str(path)
 
 
 def test_a_line_for_a_full_disk_ends_no_work(monkeypatch):
@@ -188,11 +198,11 @@ def limited():
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
 
-def test_a_full_disk_is_one_line_and_nothing_half_written(tmp_path):
+def test_a_full_disk_is_one_line_and_nothing_half_written(policy, tmp_path):
     # Without bytecode: Python 3.11 would leave that of a new module cut at the limit, for all later processes.
     known = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
-        [*COMMAND, *BEADS, "--parts", "2", "--out", str(tmp_path / "run")], env=known,
+        [*COMMAND, *BEADS, "--policy", policy, "--parts", "2", "--out", str(tmp_path / "run")], env=known,
         preexec_fn=limited, capture_output=True, text=True, check=False, timeout=200,
     )  # fmt: skip
     assert done.returncode == 3, done.stderr
@@ -210,21 +220,47 @@ def test_a_signal_during_the_imports_is_silent(number):
     assert (done.returncode, done.stderr) == (-number, "")
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-@pytest.mark.parametrize("wait", [0.0, 1.0])  # s after the first line: while planning, while parts run
-def test_a_signal_leaves_one_line_and_no_lock(number, status, wait, tmp_path):
+@pytest.mark.parametrize(
+    ("during", "number", "status"),
+    [
+        ("planning takes ", signal.SIGINT, 130),
+        ("planning takes ", signal.SIGTERM, 143),
+        ("planning ...", signal.SIGINT, 130),
+        ("running 1000 beads ...", signal.SIGTERM, 143),
+    ],
+)
+def test_a_signal_leaves_one_line_and_no_lock(number, status, during, policy, tmp_path):
+    given = ["--policy", policy] if during.startswith("running") else []
     process = subprocess.Popen(
-        [*COMMAND, *BEADS, "--parts", "100000", "--out", str(tmp_path)],
+        [*COMMAND, *BEADS, *given, "--parts", "1000", "--out", str(tmp_path / "run")],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    first = process.stderr.readline()
-    time.sleep(wait)
+    begun = next(line for line in iter(process.stderr.readline, "") if line.startswith(f"hwsim: {during}"))
+    time.sleep(0.1 if during.endswith("...") else 0.0)  # s; a part takes as long
     process.send_signal(number)
     _, said = process.communicate(timeout=100)
-    assert process.returncode == status, first + said
+    assert process.returncode == status, begun + said
     assert "Traceback" not in said
     assert said.splitlines()[-1].endswith("the same command with the same --out goes on from here")
-    assert not (tmp_path / "run.lock").exists()
+    assert not (tmp_path / "run" / "run.lock").exists()
+
+
+@pytest.mark.parametrize(
+    ("number", "error"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
+)
+def test_a_signal_in_a_callback_is_not_lost(number, error, monkeypatch):
+    """As Ctrl-C while kernels are loaded: the command went on, with a traceback."""
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    monkeypatch.setattr(sys, "unraisablehook", None)
+    callback = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(number))
+    try:
+        catch_signals()
+        with pytest.raises(error):
+            callback()
+            time.sleep(5.0)
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
 
 
 def test_what_a_killed_process_left_is_removed_at_the_next_start(tmp_path):

@@ -1,5 +1,6 @@
 """``hwsim weldbead``: what it prints, what it keeps, what it refuses."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -298,9 +299,13 @@ def test_version(capsys):
     assert ended.value.code == 0 and capsys.readouterr().out == f"hwsim {sdpgrind.__version__}\n"
 
 
-def test_a_reader_that_has_had_enough(finished, tmp_path):
-    """As in ``hwsim weldbead ... | head``: no fault is told, and all is kept."""
-    out = tmp_path / "kept"
+def test_a_reader_that_has_had_enough(finished, tmp_path, monkeypatch, capsys):
+    """As in ``hwsim weldbead ... | head``: no fault is told, and all is kept.
+
+    In this process; what the interpreter says at its end is seen in `test_areas`.
+    """
+    out, (read, write) = tmp_path / "kept", os.pipe()
+    os.close(read)
     line = [
         "weldbead",
         "--simple",
@@ -312,17 +317,11 @@ def test_a_reader_that_has_had_enough(finished, tmp_path):
         "--out",
         out,
     ]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "hwsim.cli", *map(str, line)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    process.stdout.close()
-    first, *news = without_shares(process.stderr.read())
+    with os.fdopen(write, "w") as output, monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", output)
+        assert main(list(map(str, line))) == 0
+    first, *news = without_shares(capsys.readouterr().err)
     assert first.startswith("hwsim: 3 beads take ") and news == ["hwsim: running 3 beads ..."]
-    assert process.wait() == 0
-    process.stderr.close()
     assert len(sdpgrind.load(out / "run.nc")) == 3
 
 

@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 
 TICKS = {1: 2001, 2: 161, 3: 41, 4: 17}
 """Of the grid, for each control."""
+STEP = 2.0**-26  # of differences, in places: the root of rounding
 
 
 def named(keys, values):
@@ -95,14 +96,23 @@ def least(problem, *hidden, starts=6, ticks=None, tolerance=1e-8):
             known[key] = float(problem.objective(s, c)) / size, np.array(over) / scales
         return known[key]
 
+    def slopes(q):
+        """Of cost and excess, by forward differences, away from a bound."""
+        steps = np.where(q + STEP > 1.0, -STEP, STEP)
+        beside = q[:, None] + np.column_stack([np.zeros(len(q)), np.diag(steps)])
+        costs, over = evaluated(problem, value_of(problem, beside), hidden)
+        return (costs[1:] - costs[0]) / size / steps, (over[:, 1:] - over[:, :1]) / scales[:, None] / steps
+
+    kept = {"type": "ineq", "fun": lambda q: -scaled(q)[1], "jac": lambda q: -slopes(q)[1]}
     for k in chosen:
         with np.errstate(all="ignore"):
             found = minimize(
                 lambda q: scaled(q)[0],
                 np.clip(places[:, k], 1e-6, 1 - 1e-6),
                 method="SLSQP",
+                jac=lambda q: slopes(q)[0],
                 bounds=[(0.0, 1.0)] * len(shape),
-                constraints={"type": "ineq", "fun": lambda q: -scaled(q)[1]} if len(scales) else (),
+                constraints=kept if len(scales) else (),
                 options={"ftol": 1e-14, "maxiter": 200},
             )
             q = np.clip(found.x, 0.0, 1.0)

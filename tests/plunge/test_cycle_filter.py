@@ -122,7 +122,7 @@ def law_and_filter(controller, mean, covariance):
 
 def slowest_of(record, law):
     """Least rate that the compiled rule considers, mm/s."""
-    return opened(rule._slowest)(record, law)
+    return opened(rule._slowest)(record, law, opened(rule._depth_doubt)(record))
 
 
 def drawn(rng, problem, sds):

@@ -97,6 +97,22 @@ def test_the_course_against_an_integrator(contact_zero, scale):
     np.testing.assert_allclose(data["size"][[25, 50, 75]], one.y[0], atol=2e-7)
 
 
+@pytest.mark.parametrize("contact_zero", [-0.012, 0.03])
+def test_slopes_of_the_course_are_those_of_differences(contact_zero):
+    """Rounding of a size over the difference of 1e-6 is 1e-10; its truncation, at the contact, 1e-9."""
+    part = _records.cycles(ground(NOMINAL))[0]
+
+    def at(zero, scale):
+        return _contact.course(part, NOMINAL.model, contact_zero + zero * 1e-6, 1.1 + scale * 1e-6)
+
+    there = at(0, 0)
+    for slope, low, high in (
+        (there.by_contact, at(-1, 0), at(1, 0)),
+        (there.by_scale, at(0, -1), at(0, 1)),
+    ):
+        np.testing.assert_allclose(slope, (high.size - low.size) / 2e-6, rtol=0, atol=5e-9)
+
+
 @pytest.mark.parametrize("problem", [NOMINAL, EXPERIMENT], ids=["force", "linear"])
 def test_contact_and_scale_are_found(problem):
     exact = ground(problem, 0.008, 1.08)

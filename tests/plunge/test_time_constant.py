@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from cycle_readings import LONG, RATE, SIZE, STEP, TAU, TIME, cramer_rao, cycle, found, noisy, spread
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plunge_inside import cycles as _records
 from plunge_inside import time_constant as _time_constant
@@ -134,7 +134,18 @@ def test_any_command_and_sample_time(tau, offset, seed):
     u = np.where(rng.random(30) < 0.7, rng.uniform(0.01, 0.05, 30), 0.0)
     size = lagged(time, u, tau)
     data = cycle(size + offset, time, u)
-    np.testing.assert_allclose(_time_constant.lagged(_records.cycles(data)[0], tau), size, atol=1e-10)
+    part = _records.cycles(data)[0]
+    np.testing.assert_allclose(_time_constant.lagged(part, tau)[0], size, atol=1e-10)
+    touch_in, h = rng.uniform(-0.01, 0.05), 1e-6
+    slopes = [
+        (_time_constant.lagged(part, *high)[0] - _time_constant.lagged(part, *low)[0]) / (2 * h)
+        for low, high in (
+            ((tau * np.exp(-h), touch_in), (tau * np.exp(h), touch_in)),
+            ((tau, touch_in - h), (tau, touch_in + h)),
+        )
+    ]
+    assume(np.abs(part.infeed - touch_in).min() > h)  # where the wheel touches, the slope changes
+    np.testing.assert_allclose(_time_constant.lagged(part, tau, touch_in)[1:], slopes, rtol=0, atol=1e-8)
     assert found(data)["time_constant"] == pytest.approx(tau, rel=1e-4)
     assert found(data, method="recursive")["time_constant"] == pytest.approx(tau, rel=2e-3)
 

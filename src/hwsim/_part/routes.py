@@ -1,8 +1,10 @@
 """Routes between tiers: a command that the plant does not accept is a set-point of a lower tier."""
 
 import inspect
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MethodType
 from typing import Any
 
 from hwsim._part.motions import is_of_rows
@@ -84,6 +86,17 @@ def _taken(plant: Plant, tiers: Sequence[Controller], k: int) -> dict[str, str]:
 def _needed(controller: Any) -> list[str]:
     """Required arguments of `step`."""
     step = getattr(controller, "step", None)
-    parameters = inspect.signature(step).parameters.values() if callable(step) else ()
+    if isinstance(step, MethodType):
+        return _required_of_method(step.__func__)
+    return _required(step) if callable(step) else []
+
+
+@lru_cache(maxsize=64)  # each part has a copy of its controller, of the same function
+def _required_of_method(function: Callable[..., Any]) -> list[str]:
+    return _required(MethodType(function, object()))
+
+
+def _required(step: Callable[..., Any]) -> list[str]:
+    parameters = inspect.signature(step).parameters.values()
     named = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY
     return [p.name for p in parameters if p.default is p.empty and p.kind in named]

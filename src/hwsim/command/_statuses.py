@@ -1,9 +1,11 @@
 """Exit statuses of commands: one table from exceptions to statuses, one line of text for each."""
 
+import _thread
 import os
 import signal
 import sys
 import tempfile
+import threading
 import traceback
 from argparse import Namespace
 from types import FrameType
@@ -18,6 +20,7 @@ ENVIRONMENT: Final = 3  # chosen: disk, permission, memory, another run, a damag
 OUR_FAULT: Final = 70  # source: EX_SOFTWARE of sysexits.h
 _OF_SIGNALS: Final = 128  # source: a shell adds the number of the signal
 INTERRUPTED: Final = int(_OF_SIGNALS + signal.SIGINT)
+_CALLBACK = 0.05  # s; chosen: longer than a callback, too short to be felt
 
 
 class Terminated(BaseException):
@@ -34,6 +37,18 @@ def catch_signals() -> None:
     """Turn SIGINT and SIGTERM into exceptions, so that files are closed and what began is said."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _terminate)
+    sys.unraisablehook = _send_again
+
+
+def _send_again(ignored: "sys.UnraisableHookArgs") -> None:
+    """Send a signal again that came in a callback of the compiler: Python drops exceptions there."""
+    sent = {KeyboardInterrupt: signal.SIGINT, Terminated: signal.SIGTERM}
+    if (number := sent.get(ignored.exc_type)) is None:
+        sys.__unraisablehook__(ignored)
+        return
+    again = threading.Timer(_CALLBACK, _thread.interrupt_main, (number,))
+    again.daemon = True
+    again.start()
 
 
 def ignore_signals() -> None:

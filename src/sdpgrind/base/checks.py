@@ -66,6 +66,8 @@ def path(name: str, value: str | os.PathLike[str]) -> Path:
 
 def number(name: str, value: object, unit: str = "") -> float:
     """Return `value` as a finite float."""
+    if type(value) is float and isfinite(value):  # the most usual, in a third of the time
+        return value
     if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError(f"{name} must be {with_unit('a number', unit)}; got {shown(value)}")
     if isinstance(value, int) and abs(value) > _LARGEST:

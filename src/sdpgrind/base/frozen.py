@@ -2,6 +2,7 @@
 
 import dataclasses
 import difflib
+from functools import cache
 from typing import Any, ClassVar, Self
 
 
@@ -38,8 +39,15 @@ class Frozen:
         return changed
 
 
-def _fields(thing: Any) -> set[str]:
-    return {field.name for field in dataclasses.fields(thing)} if dataclasses.is_dataclass(thing) else set()
+def _fields(thing: Any) -> frozenset[str]:
+    kind: Any = type(thing)  # mypy takes type[Any] for unhashable
+    return _fields_of(kind)
+
+
+@cache
+def _fields_of(cls: Any) -> frozenset[str]:
+    known = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    return frozenset(field.name for field in known)
 
 
 def inside(thing: Any) -> tuple[str, ...]:
@@ -48,7 +56,7 @@ def inside(thing: Any) -> tuple[str, ...]:
     return (names,) if isinstance(names, str) else names
 
 
-def _all_fields(thing: Any) -> set[str]:
+def _all_fields(thing: Any) -> frozenset[str]:
     """Names that `replace` of an object accepts."""
     return _fields(thing).union(*(_all_fields(getattr(thing, name, None)) for name in inside(thing)))
 
@@ -66,7 +74,7 @@ def _by_home(owner: str, names: dict[str, Any], inner: dict[str, Any]) -> dict[s
     return found
 
 
-def _refuse_unknown(owner: Any, names: dict[str, Any], known: set[str]) -> None:
+def _refuse_unknown(owner: Any, names: dict[str, Any], known: frozenset[str]) -> None:
     for name in names:
         if name not in known:
             close = difflib.get_close_matches(name, known, 1)

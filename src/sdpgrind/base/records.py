@@ -9,6 +9,7 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import entry_points
 from io import BytesIO
 from pathlib import Path
@@ -311,9 +312,15 @@ def load(path: str | os.PathLike[str]) -> Any:
 
 def _registered(kind: str, path: str | os.PathLike[str]) -> Any:
     """Class of a kind of files."""
-    for entry in entry_points(group="sdpgrind.records", name=kind):
-        return entry.load()
-    raise _not_ours(path, kind)
+    try:
+        return _class_of(kind)
+    except StopIteration:
+        raise _not_ours(path, kind) from None
+
+
+@cache  # a look reads a file of each package that is installed
+def _class_of(kind: str) -> Any:
+    return next(iter(entry_points(group="sdpgrind.records", name=kind))).load()
 
 
 def is_journal(path: str | os.PathLike[str]) -> bool:

@@ -10,96 +10,18 @@ Examples
 ('mW', 'kW', 'PS', 'hp')
 """
 
-import math
 import re
-from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 from sdpgrind.base import checks
-
-Exponents = tuple[Fraction, ...]  # of length, time, mass, angle, money, current
-
-
-class Unit(NamedTuple):
-    """Factor to SI units and exponents of a unit."""
-
-    factor: Fraction
-    exponents: Exponents
-
-    def times(self, other: "Unit", sign: int = 1) -> "Unit":
-        """Product with the unit `other`, or quotient (`sign` = -1)."""
-        exponents = tuple(a + sign * b for a, b in zip(self.exponents, other.exponents, strict=True))
-        return Unit(self.factor * other.factor**sign, exponents)
-
-    def power(self, exponent: Fraction) -> "Unit":
-        """Unit to a power."""
-        size = max(self.factor.numerator.bit_length(), self.factor.denominator.bit_length())
-        if abs(exponent) * size > _BITS_MAX:
-            raise ValueError("its powers of powers are too great")
-        return Unit(Fraction(self.factor**exponent), tuple(a * exponent for a in self.exponents))
-
+from sdpgrind.base.unit_names import Unit, unit_named
 
 _LENGTH_MAX = 80  # characters of a quantity or a unit; chosen: the longest of ours has 20
 _DIGITS_MAX = 40  # on each side of the decimal sign; chosen: a float has 17
 _EXPONENT_MAX = 400  # of 10; chosen: floats end at 308
 _POWER_MAX = 12  # of a unit, and denominator of a power; chosen: those of grinding are below 5
 _NESTED_MAX = 8  # parentheses; chosen: one is usual
-_BITS_MAX = 4096  # of a factor; chosen: floats end at 1024
-
-
-def _unit(factor: str | Fraction, *exponents: int) -> Unit:
-    return Unit(Fraction(factor), tuple(Fraction(e) for e in (*exponents, *[0] * (6 - len(exponents)))))
-
-
-_TURN = Fraction(2 * math.pi)
-# derived: exponents of length, time, mass, angle
-_FORCE, _ENERGY, _POWER, _ANGLE = (1, -2, 1), (2, -2, 1), (2, -3, 1), (0, 0, 0, 1)
-_POUND = Fraction("4.4482216152605")  # N; source: 0.45359237 kg of 1959 times 9.80665 m/s^2
-_KILOPOND = Fraction("9.80665")  # N; source: standard acceleration of gravity of 1901
-_MICROMETRES = ("um", "µm", "μm", "micron", "microns", "Mikron", "micrometer", "micrometre", "Mikrometer")
-_LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "nm": "1e-9"} | dict.fromkeys(_MICROMETRES, "1e-6")
-_MILLIMETRES = dict.fromkeys(("millimeter", "millimetre", "Millimeter"), "0.001")
-_INCHES = dict.fromkeys(("in", "inch", "inches", "Zoll"), "0.0254") | {"thou": "0.0000254"}
-_MICROINCHES = dict.fromkeys(("uin", "µin", "μin", "microinch", "microinches"), "0.0000000254")
-_SECONDS = dict.fromkeys(
-    ("s", "sec", "Sek", "second", "seconds", "Sekunde", "Sekunden"), "1"
-) | dict.fromkeys(("ms", "msec"), "0.001")
-_MINUTES = dict.fromkeys(("min", "minute", "minutes", "Minute", "Minuten"), "60")
-_TIMES = _SECONDS | _MINUTES | {"h": "3600"} | dict.fromkeys(("us", "µs", "μs", "usec"), "1e-6")
-_KILOPONDS = dict.fromkeys(("kp", "kgf"), _KILOPOND)
-_TURNS = dict.fromkeys(("rev", "U"), _TURN)
-_DEGREES = dict.fromkeys(("deg", "degree", "degrees", "°", "Grad"), _TURN / 360)
-_WATTS = dict.fromkeys(("W", "Watt", "watt", "watts"), "1") | dict.fromkeys(
-    ("kW", "kw", "KW", "Kilowatt", "kilowatt"), "1000"
-)
-_HORSES = {"hp": 550 * Fraction("0.3048") * _POUND, "PS": 75 * _KILOPOND}
-_NAMED: tuple[tuple[Mapping[str, str | Fraction], tuple[int, ...]], ...] = (
-    (_LENGTHS | _MILLIMETRES | _INCHES | _MICROINCHES | {"ft": "0.3048"}, (1,)),
-    (_TIMES, (0, 1)),
-    ({"kg": "1", "g": "0.001"}, (0, 0, 1)),
-    (
-        {"N": "1", "Newton": "1", "newton": "1", "kN": "1000", "daN": "10", "lbf": _POUND, **_KILOPONDS},
-        _FORCE,
-    ),
-    ({"J": "1", "mJ": "0.001", "kJ": "1000", "Nm": "1"}, _ENERGY),
-    ({"mW": "0.001", **_WATTS, **_HORSES}, _POWER),
-    ({"rad": "1", **_TURNS, **_DEGREES, "gon": _TURN / 400}, _ANGLE),
-    (dict.fromkeys(("cc", "ccm"), "1e-6"), (3,)),
-    ({"ipm": Fraction("0.0254") / 60}, (1, -1)),
-    ({"Hz": _TURN, "rpm": _TURN / 60}, (0, -1, 0, 1)),
-    ({"$": "1", "ct": "0.01"}, (0, 0, 0, 0, 1)),
-    ({"A": "1", "mA": "0.001"}, (0, 0, 0, 0, 0, 1)),
-    ({"1": "1", "%": "0.01"}, ()),
-)
-_UNITS = {name: _unit(factor, *powers) for named, powers in _NAMED for name, factor in named.items()}
-_AMBIGUOUS = {
-    "mil": '"thou" (0.001 in) or "mm"',
-    "mils": '"thou" (0.001 in) or "mm"',
-    "HP": '"hp" (550 ft lbf/s) or "PS" (75 m kp/s)',
-    "CV": '"hp" (550 ft lbf/s) or "PS" (75 m kp/s)',
-}
-"""Words that people write for more than one unit, and what to write instead."""
 _USUAL = tuple(
     (  # noqa: SIM905, a list of words is longer
         "nm um mm cm m in us ms s min um/s mm/s mm/min m/min m/s in/min in/s mm/s^2 m/s^2 N daN kN kp lbf mW"
@@ -108,7 +30,8 @@ _USUAL = tuple(
     ).split()
 )
 """Units that files of machines and gauges are written in, for messages."""
-_PER_MINUTE = _unit(Fraction(1, 60), 0, -1)
+_TURNS = unit_named("rpm")
+_PER_MINUTE = Unit(Fraction(1, 60), unit_named("s").power(Fraction(-1)).exponents)
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 _SIGNS = str.maketrans({"·": "*", "⋅": "*", "∙": "*", "×": "*", "−": "-"})
 _TOKEN = re.compile(r"\s*(?:([A-Za-zµμ]+)\.?|([$%°()^*/·]|-?\d+(?:\.\d+)?))")
@@ -178,8 +101,8 @@ def factor(written: str, unit: str) -> float:
         given = parse(written)
     except ValueError as error:
         raise ValueError(f"{_alike(unit)}; got {written!r}: {error}") from None
-    if given == _PER_MINUTE and wanted.exponents == _UNITS["rpm"].exponents:
-        given = _UNITS["rpm"]
+    if given == _PER_MINUTE and wanted.exponents == _TURNS.exponents:
+        given = _TURNS
     if given.exponents != wanted.exponents:
         raise ValueError(f"{_alike(unit)}; got {written!r}")
     try:
@@ -191,9 +114,7 @@ def factor(written: str, unit: str) -> float:
 def near(unit: str) -> tuple[str, ...]:
     """Return the other usual units of the kind of `unit`."""
     wanted = parse(unit or "1")
-    kind = {wanted.exponents} | (
-        {_PER_MINUTE.exponents} if wanted.exponents == _UNITS["rpm"].exponents else set()
-    )
+    kind = {wanted.exponents} | ({_PER_MINUTE.exponents} if wanted.exponents == _TURNS.exponents else set())
     return tuple(name for name in _USUAL if name != unit and parse(name).exponents in kind)
 
 
@@ -261,11 +182,7 @@ def _atom(tokens: list[str]) -> Unit:
         if not tokens or tokens.pop(0) != ")":
             raise ValueError("a parenthesis is not closed")
         return unit
-    if token in _AMBIGUOUS:
-        raise ValueError(f"{token!r} may mean several units; write {_AMBIGUOUS[token]}")
-    if token not in _UNITS:
-        raise ValueError(f"{token!r} is no unit known here" if token else "a unit is missing at the end")
-    return _UNITS[token]
+    return unit_named(token)
 
 
 def _exponent(tokens: list[str]) -> Fraction:

@@ -1,5 +1,6 @@
-"""Look-up of one state, compiled, and small tables for it: for exports of the areas."""
+"""Look-up of one state, compiled, small tables for it, and laws for whole tables: for the areas."""
 
+from sdpgrind.sdp._distributions.quick import quick as quick
 from sdpgrind.sdp._policy.single_kernels import FOUND as FOUND
 from sdpgrind.sdp._policy.single_kernels import OUTSIDE as OUTSIDE
 from sdpgrind.sdp._policy.single_kernels import act_linear_at as act_linear_at

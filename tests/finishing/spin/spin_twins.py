@@ -33,13 +33,11 @@ def way(of, before, after):
 
 def fits(of, course):
     """Whether each joint of a course (k, n), moved by whole turns, stays within its limits."""
-    for j, column in enumerate(np.transpose(course)):
-        turns = TURN * np.arange(-4, 5) if of.turning[j] else [0.0]
-        if not any(
-            column.min() + t >= of.low[j] - SLACK and column.max() + t <= of.high[j] + SLACK for t in turns
-        ):
-            return False
-    return True
+    course = np.asarray(course)
+    turns = TURN * np.arange(-4, 5)[:, None] * of.turning
+    above = course.min(axis=0) + turns >= of.low - SLACK
+    below = course.max(axis=0) + turns <= of.high + SLACK
+    return bool(np.all(np.any(above & below, axis=0)))
 
 
 def time(of, change):

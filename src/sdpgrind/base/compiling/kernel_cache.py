@@ -16,6 +16,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache, _Ca
 
 from sdpgrind.base.compiling.compile_line import listen
 from sdpgrind.base.compiling.kernel_digest import digest, digest_of_type
+from sdpgrind.base.compiling.kernel_library import LinkedTarget
 from sdpgrind.base.warned import warn
 
 _SIGNATURE = 3  # source: numba 0.6x, CompileResult._reduce
@@ -96,6 +97,7 @@ class _Files(FunctionCache):
 
     def __init__(self, kernel: Any, number: int) -> None:
         FunctionCache.__init__(self, kernel.py_func)
+        self._closed = kernel.targetoptions["no_cpython_wrapper"]
         self._digest = digest(kernel)
         self._cache_file = IndexDataCacheFile(
             self._cache_path, _file_name(kernel, number, self._digest), self._digest
@@ -107,7 +109,10 @@ class _Files(FunctionCache):
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         found = self._kept(sig, target_context)
-        return None if found is None else self._impl.rebuild(target_context, found)
+        if found is None:
+            return None
+        target = LinkedTarget(target_context) if self._closed else target_context
+        return self._impl.rebuild(target, found)._replace(target_context=target_context)
 
     def result_type(self, sig: Any, target_context: Any) -> Any:
         """Return the type of the result for types that are `alike`; None: it is not on disk."""
@@ -124,7 +129,8 @@ class _Files(FunctionCache):
         if self._enabled and self._impl.check_cachable(data):
             self._impl.locator.ensure_cache_path()
             key = self._index_key(sig, data.codegen)
-            self._cache_file.save(key, (key, self._impl.reduce(data)))
+            code = self._impl.reduce(data._replace(type_annotation=""))  # a text, a third of all on disk
+            self._cache_file.save(key, (key, code))
 
 
 def alike(sig: Iterable[Any]) -> tuple[Any, ...]:

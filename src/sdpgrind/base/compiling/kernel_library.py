@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from llvmlite.binding import parse_assembly
+from llvmlite.binding import parse_assembly, parse_bitcode
 from numba.core.codegen import JITCodeLibrary
 
 from sdpgrind.base.compiling.kernel_references import KernelCompiler
@@ -23,6 +23,16 @@ class LinkedLibrary(JITCodeLibrary):
         """Return name, kind and bitcode for the disk."""
         library: Any = self
         return library.serialize_using_bitcode()
+
+    @classmethod
+    def restored(cls, codegen: Any, kept: tuple[str, str, bytes]) -> Any:
+        """Return the library of what `serialize_using_object_code` gave."""
+        make: Any = cls
+        name, _, bitcode = kept
+        library = make(codegen, name)
+        library._final_module = parse_bitcode(bitcode)
+        library._finalize_final_module()
+        return library
 
     def _finalize_final_module(self) -> None:
         """Define the environments, which all copies of the code share, and nothing else."""
@@ -46,3 +56,21 @@ class LinkedCompiler(KernelCompiler):
         compiler: Any = super()
         self.state.library = library(self.state.targetctx.codegen(), func.__qualname__)
         return compiler.compile_extra(func)
+
+
+class LinkedTarget:
+    """numba's target, by which a closed kernel from the disk gets no machine code either."""
+
+    def __init__(self, target: Any) -> None:
+        self._target = target
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._target, name)
+
+    def codegen(self) -> Any:
+        """Return what numba asks for the library."""
+        return self
+
+    def unserialize_library(self, kept: Any) -> Any:
+        """Return the library of a kernel."""
+        return LinkedLibrary.restored(self._target.codegen(), kept)

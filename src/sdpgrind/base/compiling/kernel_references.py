@@ -9,9 +9,11 @@ from collections.abc import Iterable
 from typing import Any
 
 from numba.core import ir, types
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_machinery import AnalysisPass, register_pass
 from numba.core.typed_passes import IRLegalization
+
+from sdpgrind.base.compiling.kernel_flags import KernelFlags
 
 _VIEWS = ("getitem", "static_getitem")
 _FIELDS = ("getattr", "exhaust_iter", *_VIEWS)
@@ -20,10 +22,19 @@ _HARMLESS = ir.Del | ir.Jump | ir.Branch | ir.Return | ir.Raise | ir.StaticRaise
 
 
 class KernelCompiler(Compiler):
-    """Compiler of kernels: numba's, with `BorrowedReferences` before the machine code."""
+    """Compiler of kernels: numba's, under `KernelFlags`, and `BorrowedReferences` before the code."""
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function; numba copies the flags once before it asks for the passes."""
+        flags: Any = KernelFlags
+        compiler: Any = super()
+        self.state.flags = flags(self.state.flags)
+        return compiler.compile_extra(func)
 
     def define_pipelines(self) -> list[Any]:
         """Return the passes."""
+        flags: Any = Flags
+        self.state.flags = flags(self.state.flags)
         compiler: Any = super()
         (passes,) = compiler.define_pipelines()
         passes.add_pass_after(BorrowedReferences, IRLegalization)

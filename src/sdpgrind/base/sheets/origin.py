@@ -4,6 +4,7 @@ import dataclasses
 import json
 import platform
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -24,12 +25,16 @@ def versions() -> dict[str, str]:
     from sdpgrind import __version__
 
     found = {"library": __version__, "python": platform.python_version()}
-    for name in _PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "missing"
+    found |= {name: _installed(name) for name in _PACKAGES}
     return found | {"system": f"{platform.system()} {platform.machine()}", "processor": _processor()}
+
+
+@cache  # each look reads files; a page takes two
+def _installed(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "missing"
 
 
 def _processor() -> str:

@@ -82,6 +82,13 @@ def _step(slopes, error, damping, work, move):
         move[k] = total
 
 
+@compiled
+def _copy(joints, out):
+    """Fill `out` (n,)."""
+    for k in range(len(out)):
+        out[k] = joints[k]
+
+
 @compiled(error_model="numpy")
 def _polished(links, sliding, target, joints, room):
     """Improve the joints (1, n) of one pose in place; return what is left, mm. `room`: arrays to work in."""
@@ -92,7 +99,9 @@ def _polished(links, sliding, target, joints, room):
         if left <= DONE:
             break
         jacobian(links, sliding, joints, pose, slopes)
-        slopes[0, 3:] *= LEVER
+        for i in range(3, 6):
+            for k in range(len(move)):
+                slopes[0, i, k] *= LEVER
         better = left
         while better >= left and damping < MOST:
             _step(slopes[0], error, damping * left * left, work, move)
@@ -106,7 +115,7 @@ def _polished(links, sliding, target, joints, room):
                 _error(pose[0], target, error)
         if better >= left:
             break
-        joints[0, :] = tried[0]
+        _copy(tried[0], joints[0])
         left = better
     return left
 
@@ -147,15 +156,16 @@ def polish(links, sliding, poses, starts, joints, left, good, first):
         for b in range(joints.shape[1]):
             if math.isnan(starts[i, b, 0]) or not math.isnan(joints[i, b, 0]):
                 continue
-            one[0, :] = starts[i, b]
+            _copy(starts[i, b], one[0])
             left[i, b] = _polished(links, sliding, poses[i], one, room)
             if left[i, b] > good:
                 continue
             twin = _twin(joints[i], one[0], sliding)
             if twin < 0:
-                joints[i, b] = one[0]
+                _copy(one[0], joints[i, b])
             elif first:
-                joints[i, twin] = np.nan
+                for k in range(joints.shape[2]):
+                    joints[i, twin, k] = np.nan
 
 
 @compiled(error_model="numpy")
@@ -166,10 +176,10 @@ def pursue(links, sliding, poses, joints, left, good):
         for b in range(joints.shape[1]):
             if not math.isnan(joints[i, b, 0]) or math.isnan(joints[i - 1, b, 0]):
                 continue
-            one[0, :] = joints[i - 1, b]
+            _copy(joints[i - 1, b], one[0])
             forward(links, sliding, one, room[0])
             if _error(room[0][0], poses[i], room[2]) > NEAR:
                 continue
             left[i, b] = _polished(links, sliding, poses[i], one, room)
             if left[i, b] <= good and _twin(joints[i], one[0], sliding) < 0:
-                joints[i, b] = one[0]
+                _copy(one[0], joints[i, b])

@@ -421,10 +421,14 @@ class SerialRobot(ByValue, Described):
         off = np.abs(np.einsum("mji,mjk->mik", turn, turn) - np.eye(3)).max(axis=(1, 2), initial=0.0)
         for k in np.flatnonzero(off > CROOKED)[:1]:
             check_rigid(f"poses[{k}]", given[k])
-        flange = given if self._bare else np.ascontiguousarray(given @ inverted(self.tool))
+        flange = given if self._bare else np.ascontiguousarray(given @ self._off_tool)
         if not form.near:
             return form.solve(flange, middle(self))
         return solve_near(form, self.links, self._slides, flange, middle(self))
+
+    @cached_property
+    def _off_tool(self) -> Floats:
+        return inverted(self.tool)
 
     @cached_property
     def _bare(self) -> bool:

@@ -81,14 +81,22 @@ def tool_poses(
     angle, lever = checked_hold(contact_angle, lever_arm, pushed)
     checks.one_of("heading", heading, HEADINGS)
     place, feed, up = contacts(point, tangent, normal)
-    along = feed if heading == "feed_aligned" else _headings(up, checks.number("azimuth", azimuth, "rad"))
+    along = feed if heading == "feed_aligned" else headings(up, checks.number("azimuth", azimuth, "rad"))
+    return held_poses(place, along, up, angle, lever, pushed)
+
+
+def held_poses(
+    place: Floats, along: Floats, up: Floats, contact_angle: float, lever_arm: float, pushed: bool
+) -> Floats:
+    """Poses of a tool at trusted contacts, with the heading `along`; see `tool_poses`."""
     sign = 1.0 if pushed else -1.0
-    cos, sin = math.cos(angle), math.sin(angle)
+    cos, sin = math.cos(contact_angle), math.sin(contact_angle)
+    (ux, uy, uz), (hx, hy, hz) = up.T, along.T
     poses = np.zeros((len(place), 4, 4))
     poses[:, :3, 0] = -sin * along - sign * cos * up
-    poses[:, :3, 1] = np.cross(up, along)
+    poses[:, 0, 1], poses[:, 1, 1], poses[:, 2, 1] = uy * hz - uz * hy, uz * hx - ux * hz, ux * hy - uy * hx
     poses[:, :3, 2] = sign * cos * along - sin * up
-    poses[:, :3, 3] = place - lever * poses[:, :3, 2]
+    poses[:, :3, 3] = place - lever_arm * poses[:, :3, 2]
     poses[:, 3, 3] = 1.0
     return poses
 
@@ -132,7 +140,7 @@ def checked_hold(contact_angle: float, lever_arm: float, pushed: bool) -> tuple[
     return angle, float(lever_arm)
 
 
-def _headings(up: Floats, azimuth: float) -> Floats:
+def headings(up: Floats, azimuth: float) -> Floats:
     """Projections of one direction of the xy plane on the tangent planes, unit vectors (m, 3)."""
     level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
     along = level - (up @ level)[:, None] * up

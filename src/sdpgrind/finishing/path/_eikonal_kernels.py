@@ -21,39 +21,50 @@ def sweep(E, F, G, d, most):
     E, F, G (n, m): metric for steps of the grid. Returns the number of rounds; `most` + 1: not converged.
     """
     n, m = d.shape
-    least = 1e-9 * np.sqrt(min(E.max(), G.max()))
+    changed = np.empty((n, m), np.int64)  # sweep in which a node last changed
+    due = np.zeros((n, m), np.bool_)  # a neighbour on the grid has changed since
+    least, skewed = _begun(E, F, G, d, changed, due)
     # Of the two nodes of a shorter step's triangle one may lie in an earlier row and one in a later one: no
     # sweep by rows visits both before the node between. One by columns does, where they are both to one side.
-    orders = 8 if np.any(np.abs(F) > np.minimum(E, G)) else 4
-    changed = np.where(d < np.inf, 0, -1)  # sweep in which a node last changed
-    due = np.zeros((n, m), np.bool_)  # a neighbour on the grid has changed since
-    for i in range(n):
-        for j in range(m):
-            if changed[i, j] == 0:
-                _call(due, i, j)
+    orders = 8 if skewed else 4
     for rounds in range(1, most + 1):
         change = 0.0
         for order in range(orders):
             number = orders * (rounds - 1) + order + 1
-            for k in range(n * m):
-                i, j = _visited(k, n, m, order)
-                if not due[i, j] and _settled(E[i, j], F[i, j], G[i, j], changed, i, j, number - 1):
-                    continue
-                due[i, j] = False
-                found = _least(E[i, j], F[i, j], G[i, j], d, i, j)[0]
-                if found < d[i, j]:
-                    change = max(change, d[i, j] - found)
-                    d[i, j], changed[i, j] = found, number
-                    _call(due, i, j)
+            for first in range(n if order < 4 else m):
+                for second in range(m if order < 4 else n):
+                    i, j = _visited(first, second, n, m, order)
+                    if not due[i, j] and _settled(E[i, j], F[i, j], G[i, j], changed, i, j, number - 1):
+                        continue
+                    due[i, j] = False
+                    found = _least(E[i, j], F[i, j], G[i, j], d, i, j)[0]
+                    if found < d[i, j]:
+                        change = max(change, d[i, j] - found)
+                        d[i, j], changed[i, j] = found, number
+                        _call(due, i, j)
         if change <= least:
             return rounds
     return most + 1
 
 
 @compiled
-def _visited(k, n, m, order):
-    """Node number k of a sweep: by rows in orders 0 to 3, by columns in 4 to 7, each from another corner."""
-    i, j = (k // m, k % m) if order < 4 else (k % n, k // n)
+def _begun(E, F, G, d, changed, due):
+    """Fill `changed` and `due` for the first sweep; return what change is none, whether steps are skewed."""
+    along, across, skewed = 0.0, 0.0, False
+    for i in range(d.shape[0]):
+        for j in range(d.shape[1]):
+            along, across = max(along, E[i, j]), max(across, G[i, j])
+            skewed |= abs(F[i, j]) > min(E[i, j], G[i, j])
+            changed[i, j] = 0 if d[i, j] < np.inf else -1
+            if changed[i, j] == 0:
+                _call(due, i, j)
+    return 1e-9 * np.sqrt(min(along, across)), skewed
+
+
+@compiled
+def _visited(first, second, n, m, order):
+    """Node of a sweep: by rows in orders 0 to 3, by columns in 4 to 7, each from another corner."""
+    i, j = (first, second) if order < 4 else (second, first)
     return n - 1 - i if order & 1 else i, m - 1 - j if order & 2 else j
 
 
@@ -104,9 +115,10 @@ def _least(e, f, g, d, i, j):
     best, triangle, edge = _first(*metric, steps, d, i, j)
     a, b = abs(steps[0]) + abs(steps[2]), abs(steps[1]) + abs(steps[3])
     if (a > 1 or b > 1) and not (a <= i < d.shape[0] - a and b <= j < d.shape[1] - b):
-        found, other, line = _first(e, f, g, _GRID, d, i, j)
+        grid = _acute(1.0, 0.0, 1.0)[1]
+        found, other, line = _first(e, f, g, grid, d, i, j)
         if found < best:
-            return found, other, line, (e, f, g), _GRID
+            return found, other, line, (e, f, g), grid
     return best, triangle, edge, metric, steps
 
 
@@ -132,18 +144,22 @@ def _acute(e, f, g):
 def _first(e, f, g, steps, d, i, j):
     """Least distance of a node through triangles or edges, first order; the triangle; whether an edge."""
     best, triangle, edge = np.inf, 0, False
+    acute = abs(f) <= min(e, g)
+    first = _at(d, steps, i, j, 0, 1)
+    other = first
     for k in range(8):
-        near = _at(d, steps, i, j, k, 1)
-        if near < np.inf:
+        near, other = other, _at(d, steps, i, j, k + 1, 1) if k < 7 else first
+        if near < best:
             a0, a1 = _NEIGHBOURS[k]
             found = near + np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1)
             if found < best:
                 best, triangle, edge = found, k, True
-            other = _at(d, steps, i, j, (k + 1) % 8, 1)
-            if other < np.inf:
-                found = _through(e, f, g, k, 1.0, near, 1.0, other)
-                if found <= best:
-                    best, triangle, edge = found, k, False
+        farther = max(near, other)
+        # no distance through an acute triangle is less than those of its nodes
+        if farther < np.inf and not (acute and farther > best):
+            found = _through(e, f, g, k, 1.0, near, 1.0, other)
+            if found <= best:
+                best, triangle, edge = found, k, False
     return best, triangle, edge
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._density_axis import PROBES as PLACES
 from sdpgrind.finishing.path._density_axis import DensityAxis, fitted
-from sdpgrind.finishing.path._equal_area_kernels import carry
+from sdpgrind.finishing.path._equal_area_kernels import carry, carry_sides
 from sdpgrind.finishing.surface import _forms as forms
 from sdpgrind.finishing.surface._surface import Surface
 
@@ -35,6 +35,12 @@ class EqualArea:
         """Carry jets of (a, b) over into jets of (u, v)."""
         out = np.empty_like(jets)
         carry(self.breaks_u, self.breaks_v, self.strips, self.across, self.cells, jets, out)
+        return out
+
+    def sides(self, places: Floats) -> Floats:
+        """Carry places (m, 2) over into (u, v) with their derivatives by a and by b, (m, 3, 2)."""
+        out = np.empty((len(places), 3, 2))
+        carry_sides(self.breaks_u, self.breaks_v, self.strips, self.across, self.cells, places, out)
         return out
 
 

@@ -19,6 +19,9 @@ class Mapping(Protocol):
     def carried(self, jets: Floats) -> Floats:
         """Carry (a, b) with two derivatives by a curve's t, (m, 3, 2), over into (u, v) with theirs."""
 
+    def sides(self, places: Floats) -> Floats:
+        """Carry places (m, 2) over into (u, v) with their derivatives by a and by b, (m, 3, 2)."""
+
 
 @dataclass(frozen=True)
 class Parametric:
@@ -31,6 +34,13 @@ class Parametric:
         """Carry jets of (a, b) over into jets of (u, v)."""
         image = jets * (self.high - self.low)
         image[:, 0] = np.minimum(image[:, 0] + self.low, self.high)  # rounding may step over the end
+        return image
+
+    def sides(self, places: Floats) -> Floats:
+        """Carry places (m, 2) over into (u, v) with their derivatives by a and by b, (m, 3, 2)."""
+        image = np.empty((len(places), 3, 2))
+        image[:, 0] = np.minimum(places * (self.high - self.low) + self.low, self.high)
+        image[:, 1:] = np.diag(self.high - self.low)
         return image
 
 

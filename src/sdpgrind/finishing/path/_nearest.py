@@ -12,6 +12,8 @@ from sdpgrind.finishing.path._nearest_kernels import distances, sort_into_cells
 from sdpgrind.finishing.path._samples import Ints
 
 CELLS_MAX = 2**21  # chosen: 16 MB
+# measured: width of cells over the longest leg; with 1 or 4 distances take up to twice as long
+WIDTH = 2.0
 RINGS = 2  # chosen: cells around that of a point; what is farther is sought in wider ones
 WIDER = 5  # chosen: width of cells over that of the lattice before
 LATTICES = 3  # chosen: how many; what is still farther is found by a tree of the ends of legs
@@ -37,7 +39,7 @@ class Nearest:
         widths = np.maximum(self._start, self._end).max(axis=0) - self._low
         longest = float(np.linalg.norm(self._end - self._start, axis=1).max())
         self._longest = longest
-        self._width = max(longest, _least_width(widths), 1e-9)
+        self._width = max(WIDTH * longest, _least_width(widths), 1e-9)
         self._widths = widths
         self._lattices = [self._lattice(self._width)]
 

@@ -21,8 +21,9 @@ def sort_into_cells(start, end, low, width, shape):
                 row = (i * shape[1] + j) * shape[2]
                 for m in range(first[2], last[2] + 1):
                     begin[row + m + 1] += 1
-    begin = np.cumsum(begin)
-    leg, filled = np.empty(begin[-1], np.int64), begin[:-1].copy()
+    for cell in range(1, len(begin)):
+        begin[cell] += begin[cell - 1]
+    leg, filled = np.empty(begin[len(begin) - 1], np.int64), begin.copy()
     for k in range(len(start)):
         _boxed(start[k], end[k], low, width, shape, first, last)
         for i in range(first[0], last[0] + 1):

@@ -8,6 +8,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._mappings import Mapping, mapping_of
 from sdpgrind.finishing.path._spacing import INTERVALS, ROWS, Gaps, gaps_of, graded, with_middles
+from sdpgrind.finishing.surface import _evaluation as evaluation
 from sdpgrind.finishing.surface._creases import creases
 from sdpgrind.finishing.surface._surface import Surface
 
@@ -33,31 +34,38 @@ class Square:
 
     def points(self, s: Floats, c: Floats) -> Floats:
         """Points (n, 3) on the surface, mm, at places s (n,) and c (n,)."""
-        u, v = np.ascontiguousarray(self._moved(self.nodes(s, c), 0)[:, 0].T)
+        u, v = np.ascontiguousarray(self._mapping.sides(self.nodes(s, c))[:, 0].T)
         return self.surface.point(u, v)
 
     def tangents(self, s: Floats, c: Floats) -> tuple[Floats, Floats]:
         """Derivatives Q_s, Q_c (..., 3) on the surface, mm."""
-        by_s, by_c = self._derivatives(self.nodes(s, c), (True, False))
-        return by_s, by_c
+        lattice = {s.shape[1:], c.shape[1:]} == {(1,), ()}
+        by_a, by_b = self._on_lattice(s, c) if lattice else self._derivatives(self.nodes(s, c))
+        return (by_a, by_b) if self.along == "u" else (by_b, by_a)
 
     def along_passes(self, s: Floats, c: Floats) -> Floats:
         """Derivative Q_s (..., 3) on the surface, mm."""
-        return self._derivatives(self.nodes(s, c), (True,))[0]
+        return self.tangents(s, c)[0]
 
-    def _derivatives(self, places: Floats, by: tuple[bool, ...]) -> list[Floats]:
-        """Derivatives of the surface's points, each by s (True) or c."""
-        flat = places.reshape(-1, 2)
-        moved = [self._moved(flat, 0 if (self.along == "u") == first else 1) for first in by]
-        there = self.surface.derivatives(moved[0][:, 0, 0], moved[0][:, 0, 1])
-        found = [each[:, 1, :1] * there.u + each[:, 1, 1:] * there.v for each in moved]
-        return [each.reshape(*places.shape[:-1], 3) for each in found]
+    def _on_lattice(self, s: Floats, c: Floats) -> list[Floats]:
+        """Derivatives by a and b at each s with each c, one of which is a column (n, 1)."""
+        a, b = (s, c) if self.along == "u" else (c, s)
+        if self.mapping == "parametric":
+            (u, du), (v, dv) = (_side(*sides) for sides in zip((a, b), self.surface.domain, strict=True))
+            by_u, by_v = evaluation.tangents_on_grid(evaluation.net_of(self.surface), u, v)
+            found = [du * by_u, dv * by_v]
+        else:  # lines of b one after the other: the strip of an a is found once
+            pair = np.broadcast_arrays(a.reshape(-1, 1), b.ravel())
+            found = self._derivatives(np.stack(pair, axis=-1))
+        return found if a.ndim == 2 else [np.ascontiguousarray(each.swapaxes(0, 1)) for each in found]
 
-    def _moved(self, flat: Floats, which: int) -> Floats:
-        """Curves by a (0) or b (1) through places of the square, carried to the parameters."""
-        jets = np.zeros((flat.shape[0], 3, 2))
-        jets[:, 0], jets[:, 1, which] = flat, 1.0
-        return self._mapping.carried(jets)
+    def _derivatives(self, places: Floats) -> list[Floats]:
+        """Derivatives of the surface's points by a and b at places (..., 2) in the square."""
+        moved = self._mapping.sides(places.reshape(-1, 2))
+        there = self.surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
+        by_a = moved[:, 1, :1] * there.u + moved[:, 1, 1:] * there.v
+        by_b = moved[:, 2, 1:] * there.v  # u does not depend on b
+        return [each.reshape(*places.shape[:-1], 3) for each in (by_a, by_b)]
 
     def gaps(self, across: bool = True) -> Gaps:
         """Gaps of lines of constant c, or of those of constant s."""
@@ -78,6 +86,12 @@ class Square:
             return np.array([0.0, 1.0])
         knots = self.surface.breaks[side if self.along == "u" else 1 - side]
         return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))
+
+
+def _side(places: Floats, ends: tuple[float, float]) -> tuple[Floats, float]:
+    """Parameters at places on a side of the square stretched to its ends, and their derivative."""
+    low, high = ends
+    return np.minimum(low + places * (high - low), high).ravel(), high - low  # rounding may step over the end
 
 
 @lru_cache(maxsize=8)  # chosen: of a few surfaces, for other pitches; 1 MB each

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm._robot import Robot
-from sdpgrind.finishing.arm._tool import tool_poses
+from sdpgrind.finishing.arm._tool import headings, held_poses
 from sdpgrind.finishing.path._samples import PathSamples
 
 FEW = 30  # chosen (spec): poses that stand for the path while many placements are compared
@@ -48,13 +48,16 @@ class PlacingTask(NamedTuple):
 
     def poses(self, azimuth: float) -> Floats:
         """Poses of the tool in the frame of the surface, (m, 4, 4), at an azimuth on the work, rad."""
-        held = {name: value for name, value in self.hold._asdict().items() if name != "spins"}
-        return tool_poses(self.point, self.tangent, self.normal, azimuth=azimuth, **held)
+        along = headings(self.normal, azimuth) if self.turns_freely else self.tangent
+        hold = self.hold
+        return held_poses(self.point, along, self.normal, hold.contact_angle, hold.lever_arm, hold.pushed)
 
     def spun(self, poses: Floats) -> Floats:
         """Poses (m s, 4, 4) in each of s turns of the tool about its own axis."""
-        turns = np.tile(np.eye(4), (max(1, len(self.hold.spins)), 1, 1))
-        for turn, spin in zip(turns, self.hold.spins, strict=False):
+        if not self.hold.spins:
+            return poses
+        turns = np.tile(np.eye(4), (len(self.hold.spins), 1, 1))
+        for turn, spin in zip(turns, self.hold.spins, strict=True):
             c, s = math.cos(spin), math.sin(spin)
             turn[:2, :2] = [[c, -s], [s, c]]
         out: Floats = (poses[:, None] @ turns).reshape(-1, 4, 4)

@@ -1,5 +1,6 @@
 """Worth of placements: the least margin of the joints and distance from singular poses."""
 
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +49,7 @@ def rated(task: PlacingTask, rows: PlacementRows, sides: Sides) -> Rating:
     axes that carry the work their best candidates. Tables of an arm take the origin with the widest margin:
     that of `rows` counts along z only.
     """
-    poses = {azimuth: _poses(task, azimuth) for azimuth in np.unique(rows.azimuth).tolist()}
+    poses = {azimuth: _poses(task, azimuth) for azimuth in set(rows.azimuth.tolist())}
     free = _free(task)
     many, worth = max(1, AT_ONCE // (free * len(task.point))), np.empty(len(rows.turn))
     origin = rows.origin.copy()
@@ -70,7 +71,7 @@ def _poses(task: PlacingTask, azimuth: float) -> Floats:
 def _rate(task: PlacingTask, poses: Floats, turn: Floats, origin: Floats, sides: Sides) -> Floats:
     """Worth (k,) of poses (k, p, 4, 4) that are turned and shifted; the origins of a table in place."""
     robot, turned = task.robot, turned_by(poses, turn)
-    wrong = np.isnan(turned).any(axis=(1, 2, 3))
+    wrong = np.isnan(turned[:, 0, 0, 0])  # all of such a placement
     turned[wrong] = np.eye(4)
     turned[:, :, 2, 3] += origin[:, None, 2]
     if not isinstance(robot, Arm):
@@ -131,7 +132,7 @@ def margins(robot: Robot, joints: Floats, free: int = 1) -> Floats:
     share = (np.minimum(known - low, high - known) / (high - low)).min(axis=3)
     inside = np.asarray(~lost & (share > 0))  # beyond a limit it does not matter how singular a pose is
     if inside.any():
-        singular = np.min(list(robot.singularities(known[inside]).values()), axis=0)
+        singular = reduce(np.minimum, robot.singularities(known[inside]).values())
         share[inside] = np.minimum(share[inside], singular)
     if free > 1:
         parts = (len(joints), -1, free, joints.shape[2])

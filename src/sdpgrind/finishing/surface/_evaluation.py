@@ -1,6 +1,7 @@
 """Points and derivatives of a surface: at scattered parameters by a kernel, on a grid by two contractions."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -11,6 +12,19 @@ from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 
 # derived: derivatives by u and v, in the order of `SurfaceDerivatives`
 ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+
+
+class Splined(Protocol):
+    """Attributes of a `Surface` that make its net."""
+
+    @property
+    def control_points(self) -> Floats: ...
+    @property
+    def weights(self) -> Floats | None: ...
+    @property
+    def knots(self) -> tuple[Floats, Floats]: ...
+    @property
+    def degree(self) -> tuple[int, int]: ...
 
 
 class Net(NamedTuple):
@@ -41,6 +55,12 @@ def homogeneous(points: Floats, weights: Floats | None) -> Floats:
     return np.concatenate([points * weights[..., None], weights[..., None]], axis=-1)
 
 
+def net_of(surface: Splined) -> Net:
+    """Net of a surface."""
+    points = homogeneous(surface.control_points, surface.weights)
+    return Net(points, surface.weights is not None, surface.knots, surface.degree)
+
+
 def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
     """Derivatives at each pair (u, v), of shapes that broadcast."""
     u, v = np.broadcast_arrays(u, v)
@@ -59,21 +79,39 @@ def scattered_points(net: Net, u: Floats, v: Floats) -> Floats:
 
 def on_grid(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
     """Derivatives at each u with each v: A_u P A_v^T, with the basis of each direction evaluated once."""
-    bases_u, bases_v = (bases(*direction) for direction in zip(net.knots, net.degree, (u, v), strict=True))
-    points = net.points if net.rational else net.points[..., :3]
-    nu, nv, columns = points.shape
-    lines = [(basis @ points.reshape(nu, -1)).reshape(len(u), nv, columns) for basis in bases_u]
-    flat = np.stack([bases_v[b] @ lines[a] for a, b in ORDERS])
+    flat = np.stack(_contracted(net, u, v, ORDERS))
     return SurfaceDerivatives(*(_divided(flat) if net.rational else flat))
 
 
-def bases(knots: Floats, degree: int, x: Floats) -> list[Floats]:
-    """Basis functions at `x` as a matrix (m, n), with their first and second derivatives."""
+def tangents_on_grid(net: Net, u: Floats, v: Floats) -> tuple[Floats, Floats]:
+    """Derivatives Q_u, Q_v at each u with each v."""
+    if net.rational:
+        there = on_grid(net, u, v)
+        return there.u, there.v
+    by_u, by_v = _contracted(net, u, v, ((1, 0), (0, 1)))
+    return by_u, by_v
+
+
+def _contracted(net: Net, u: Floats, v: Floats, orders: Sequence[tuple[int, int]]) -> list[Floats]:
+    """Sums of control points at each u with each v, for derivatives of some orders."""
+    points = net.points if net.rational else net.points[..., :3]
+    nu, nv, columns = points.shape
+    most = 1 + max(map(max, orders))
+    bases_u, bases_v = (
+        bases(*direction, most) for direction in zip(net.knots, net.degree, (u, v), strict=True)
+    )
+    across = np.moveaxis(points, 1, 0).reshape(nv, -1)
+    lines = [(basis @ across).reshape(-1, nu, columns).swapaxes(0, 1).reshape(nu, -1) for basis in bases_v]
+    return [(bases_u[a] @ lines[b]).reshape(u.size, v.size, columns) for a, b in orders]
+
+
+def bases(knots: Floats, degree: int, x: Floats, count: int = 3) -> list[Floats]:
+    """Basis functions at `x` as a matrix (m, n), with the first of their derivatives: `count` matrices."""
     n = len(knots) - degree - 1
     if knots[n - 1] == knots[n]:  # scipy takes the empty span at the right end, where all bases are 0
         x = np.minimum(x, np.nextafter(knots[n], -np.inf))
     spline = BSpline(knots, np.eye(n), degree)
-    return [np.ascontiguousarray(spline(x, nu=order)) for order in range(3)]
+    return [np.ascontiguousarray(spline(x, nu=order)) for order in range(count)]
 
 
 def _divided(flat: Floats) -> Floats:

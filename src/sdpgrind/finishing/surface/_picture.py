@@ -154,7 +154,9 @@ def fill(axes: Any, *, alone: bool = False) -> None:
 
 def _box(axes: Any) -> checks.Floats:
     """Width and height of the drawn box, pixels, once the panels are laid out."""
-    axes.figure.draw_without_rendering()
+    if (engine := axes.figure.get_layout_engine()) is not None:
+        engine.execute(axes.figure)
+    axes.apply_aspect()  # nothing else of drawing moves the box
     corners = np.array(np.meshgrid(*_limits(axes))).reshape(3, -1)
     x, y, _ = need("mpl_toolkits.mplot3d.proj3d", "plot").proj_transform(*corners, axes.get_proj())
     return np.asarray(np.ptp(axes.transData.transform(np.column_stack([x, y])), axis=0))

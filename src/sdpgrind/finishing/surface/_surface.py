@@ -267,8 +267,7 @@ class Surface(Described):
 
     @cached_property
     def _net(self) -> evaluation.Net:
-        points = evaluation.homogeneous(self.control_points, self.weights)
-        return evaluation.Net(points, self.weights is not None, self.knots, self.degree)
+        return evaluation.net_of(self)
 
     @property
     def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -3,69 +3,141 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.finishing.timing._path_kernels import _derivatives, _piece_at
+from sdpgrind.finishing.timing._path_kernels import _piece_at
 from sdpgrind.finishing.timing._time_law import advanced
 
-_advanced = compiled(advanced)
+_advanced = compiled(error_model="numpy")(advanced)
 QUANTITIES = 4  # derived: speed, acceleration, jerk of the joints; feed
-CLOSER = 20  # chosen: places about the greatest share of a limit
+AT_ONCE = 64  # chosen: places whose shares are in memory together, for the processor's vectors
 
 
-@compiled
-def _note(time, law, path, joints, limits, feed_max, found):
-    """Update found (4, 4) = (ratio, joint, time, length) with the shares at one time in a piece of a law."""
-    start, s, v, a, j = law
-    length, feed, bend = _advanced(time, s, v, a, j)
-    _derivatives(path[0], length - path[1], joints)
-    _greater(found[3], feed / feed_max, -1, start + time, length)
-    for i in range(joints.shape[1]):
-        q1, q2, q3 = joints[1, i], joints[2, i], joints[3, i]
-        _greater(found[0], abs(q1 * feed) / limits[0, i], i, start + time, length)
-        _greater(found[1], abs(q1 * bend + q2 * feed * feed) / limits[1, i], i, start + time, length)
+@compiled(error_model="numpy")
+def _course(span, parts, row, first, places):
+    """Fill places (5, m) = (time, length, feed, acceleration, free) from number `first` on; return m."""
+    count = min(AT_ONCE, parts + 1 - first)
+    s, v, a, j = row
+    for m in range(count):
+        time = span * (first + m) / parts
+        places[0, m] = time
+        places[1, m], places[2, m], places[3, m] = _advanced(time, s, v, a, j)
+    return count
+
+
+@compiled(error_model="numpy")
+def _use(path, jerk, limits, feed_max, places, low, high, used, joint):
+    """Fill used, joint (4, m) with the greatest share of each limit and its joint, -1: none has a share.
+
+    path: polynomials (6, n) of the joints and where they start, for places from `low` to before `high`.
+    """
+    polynomials, start = path
+    feed, bend, x = places[2, low:high], places[3, low:high], places[4, low:high]
+    for m in range(low, high):
+        places[4, m] = places[1, m] - start
+        used[0, m], used[1, m], used[2, m], used[3, m] = 0.0, 0.0, 0.0, places[2, m] / feed_max
+        joint[0, m], joint[1, m], joint[2, m], joint[3, m] = -1.0, -1.0, -1.0, -1.0
+    for i in range(polynomials.shape[1]):
+        c = polynomials[1, i], polynomials[2, i], polynomials[3, i], polynomials[4, i], polynomials[5, i]
+        _speeds(c, i, limits[0, i], x, feed, used[0, low:high], joint[0, low:high])
+        _bends(c, i, limits[1, i], x, feed, bend, used[1, low:high], joint[1, low:high])
         if limits[2, i] < np.inf:
-            jerk = q1 * j + 3.0 * q2 * feed * bend + q3 * feed**3
-            _greater(found[2], abs(jerk) / limits[2, i], i, start + time, length)
+            course = x, feed, bend, jerk
+            _snatches(c, i, limits[2, i], course, used[2, low:high], joint[2, low:high])
 
 
-@compiled
-def _greater(row, ratio, joint, time, length):
-    """Keep the greatest ratio and its place."""
-    if ratio > row[0]:
-        row[0], row[1], row[2], row[3] = ratio, joint, time, length
+@compiled(error_model="numpy")
+def _speeds(c, i, most, x, feed, used, joint):
+    """Note the speeds of a joint with the polynomial c (1 to 5) over their greatest."""
+    c1, c2, c3, c4, c5 = c
+    for m in range(x.size):
+        q1 = c1 + x[m] * (2 * c2 + x[m] * (3 * c3 + x[m] * (4 * c4 + x[m] * 5 * c5)))
+        share = abs(q1 * feed[m]) / most
+        joint[m] = i if share > used[m] else joint[m]
+        used[m] = share if share > used[m] else used[m]
 
 
-@compiled
-def worst(breaks, polynomials, law, limits, feed_max, refine, found):
-    """Greatest shares, (k, 4, 4), over a law (5, k + 1) = (knots, length, feed, acceleration, jerk)."""
-    joints, piece = np.empty((4, polynomials.shape[2])), 0
-    spacing = (breaks[-1] - breaks[0]) / (breaks.size - 1)
+@compiled(error_model="numpy")
+def _bends(c, i, most, x, feed, bend, used, joint):
+    """Note its accelerations."""
+    c1, c2, c3, c4, c5 = c
+    for m in range(x.size):
+        q1 = c1 + x[m] * (2 * c2 + x[m] * (3 * c3 + x[m] * (4 * c4 + x[m] * 5 * c5)))
+        q2 = 2 * c2 + x[m] * (6 * c3 + x[m] * (12 * c4 + x[m] * 20 * c5))
+        share = abs(q1 * bend[m] + q2 * feed[m] * feed[m]) / most
+        joint[m] = i if share > used[m] else joint[m]
+        used[m] = share if share > used[m] else used[m]
+
+
+@compiled(error_model="numpy")
+def _snatches(c, i, most, course, used, joint):
+    """Note its jerks."""
+    c1, c2, c3, c4, c5 = c
+    x, feed, bend, jerk = course
+    for m in range(x.size):
+        q1 = c1 + x[m] * (2 * c2 + x[m] * (3 * c3 + x[m] * (4 * c4 + x[m] * 5 * c5)))
+        q2 = 2 * c2 + x[m] * (6 * c3 + x[m] * (12 * c4 + x[m] * 20 * c5))
+        q3 = 6 * c3 + x[m] * (24 * c4 + x[m] * 60 * c5)
+        share = abs(q1 * jerk + 3.0 * q2 * feed[m] * bend[m] + q3 * feed[m] ** 3) / most
+        joint[m] = i if share > used[m] else joint[m]
+        used[m] = share if share > used[m] else used[m]
+
+
+@compiled(error_model="numpy")
+def _note(places, start, used, joint, count, each, found, number):
+    """Update the greatest shares `each` (4,) of a piece of a law, which starts at a time, and of the law."""
+    for quantity in range(QUANTITIES):
+        for m in range(count):
+            share = used[quantity, m]
+            each[quantity] = max(each[quantity], share)
+            if share > found[quantity, 0]:
+                found[quantity, 0], found[quantity, 1], found[quantity, 4] = share, joint[quantity, m], number
+                found[quantity, 2], found[quantity, 3] = start + places[0, m], places[1, m]
+
+
+@compiled(error_model="numpy")
+def worst(breaks, polynomials, law, limits, feed_max, refine, each, found):
+    """Greatest shares over a law (5, k + 1) = (knots, length, feed, acceleration, jerk).
+
+    each (k, 4): those in every piece of the law. found (4, 5): the greatest, with its joint, time, length and
+    piece, updated.
+    """
+    places, used, joint = np.empty((5, AT_ONCE)), np.empty((4, AT_ONCE)), np.empty((4, AT_ONCE))
+    spacing, at = (breaks[-1] - breaks[0]) / (breaks.size - 1), breaks.size // 2
     for k in range(law.shape[1] - 1):
-        span, row = law[0, k + 1] - law[0, k], (law[0, k], law[1, k], law[2, k], law[3, k], law[4, k])
+        span, row = law[0, k + 1] - law[0, k], (law[1, k], law[2, k], law[3, k], law[4, k])
         # a piece of the law may cover many pieces of the path: at least `refine` places in each
         parts = refine * max(1, int(np.ceil(2.0 * (law[1, k + 1] - law[1, k]) / spacing)))
-        for i in range(parts + 1):
-            time = span * i / parts
-            piece = _piece_at(breaks, _advanced(time, *row[1:])[0], piece)
-            _note(time, row, (polynomials[piece], breaks[piece]), joints, limits, feed_max, found[k])
+        for quantity in range(QUANTITIES):
+            each[k, quantity] = 0.0
+        for first in range(0, parts + 1, AT_ONCE):
+            count, high = _course(span, parts, row, first, places), 0
+            for low in range(count):
+                if low < high:
+                    continue
+                at, high = _piece_at(breaks, places[1, low], at), low + 1
+                while high < count and _piece_at(breaks, places[1, high], at) == at:
+                    high += 1
+                path = polynomials[at], breaks[at]
+                _use(path, law[4, k], limits, feed_max, places, low, high, used, joint)
+            _note(places, law[0, k], used, joint, count, each[k], found, k)
 
 
-@compiled
-def closest(breaks, polynomials, law, limits, feed_max, refine, each, found):
-    """Greatest shares over a whole law, (4, 4), looked at again nearby; `each` for those of its pieces."""
-    worst(breaks, polynomials, law, limits, feed_max, refine, each)
-    near, closer = np.empty((5, 2)), np.empty((1, QUANTITIES, 4))
+@compiled(error_model="numpy")
+def closest(breaks, polynomials, law, limits, feed_max, refine, closer, each, found):
+    """Greatest shares over a whole law, found (4, 5), looked at again in `closer` places nearby."""
+    worst(breaks, polynomials, law, limits, feed_max, refine, each, found)
+    near, nearby = np.empty((5, 2)), found.copy()
     for quantity in range(QUANTITIES):
-        piece = np.argmax(each[:, quantity, 0])
-        begin = _around(law[:, piece : piece + 2], each[piece, quantity, 2], refine, near)
-        closer[:], closer[0, :, 1] = 0.0, -1.0
-        worst(breaks, polynomials, near, limits, feed_max, CLOSER, closer)
-        closer[0, quantity, 2] += begin
-        nearby = closer[0, quantity, 0] > each[piece, quantity, 0]
-        for i in range(4):
-            found[quantity, i] = closer[0, quantity, i] if nearby else each[piece, quantity, i]
+        k = int(found[quantity, 4])
+        begin = _around(law[:, k : k + 2], found[quantity, 2], refine, near)
+        nearby[quantity, 0] = 0.0
+        worst(breaks, polynomials, near, limits, feed_max, closer, each, nearby)
+        if nearby[quantity, 0] > found[quantity, 0]:
+            for i in range(4):
+                found[quantity, i] = nearby[quantity, i]
+            found[quantity, 2] += begin
 
 
-@compiled
+@compiled(error_model="numpy")
 def _around(piece, time, refine, near):
     """Start of a short part of a piece (5, 2) about a time; the part goes into `near`, from time 0."""
     begin, end, jerk = piece[0, 0], piece[0, 1], piece[4, 0]

@@ -26,8 +26,6 @@ LOWER = 0.15  # chosen: factor of mu when the present one is reached
 REACHED = 0.1
 LARGE = 10.0  # chosen: greatest complementarity over mu at which it counts as reached
 STEPS = 300  # chosen: limit; some 15 to 45 are taken
-# derived: sums at a place: matrix in (x, x', x''), gradient of the barrier
-MATRIX, SUMS = 6, 9
 
 
 @compiled(error_model="numpy")
@@ -44,10 +42,10 @@ def _dual(z, was, change, spread, pace, mu):
 
 
 @compiled(error_model="numpy")
-def _pair(z, k, was, now, step, mu, tally):
+def _pair(z, k, was, now, step, mu):
     """Update the duals of two rows with rooms r - v and r + v; was, now = (r, v), step = (pace, 1/share, dr).
 
-    Return sum and difference of dual over room, and difference and sum of 1/room.
+    Return sum and difference of dual over room, and difference and sum of 1/room; both complementarities.
     """
     bent, moved = step[2], (now[1] - was[1]) * step[1]
     below, above = now[0] - now[1], now[0] + now[1]
@@ -55,56 +53,50 @@ def _pair(z, k, was, now, step, mu, tally):
     y = _dual(z[k], was[0] - was[1], bent - moved, p, step[0], mu)
     w = _dual(z[k + 1], was[0] + was[1], bent + moved, q, step[0], mu)
     z[k], z[k + 1] = y, w
-    tally[0] += y * below + w * above
-    tally[1] = max(tally[1], y * below, w * above)
-    return y * p + w * q, y * p - w * q, q - p, q + p
+    return (y * p + w * q, y * p - w * q, q - p, q + p), (y * below, w * above)
 
 
 @compiled(error_model="numpy")
-def _add(sums, pair, g0, g1, g2, d):
-    """Add two rows with gradients (d, 0, 0) -+ g of their rooms to the sums at a place."""
+def _with(sums, pair, g0, g1, g2, d):
+    """Sums at a place with two rows added whose rooms have the gradients (d, 0, 0) -+ g."""
     s, t, e, p = pair
     f = s * g0 - t * d
-    sums[0] += f * g0 + d * (s * d - t * g0)
-    sums[1] += f * g1
-    sums[2] += f * g2
-    sums[3] += s * g1 * g1
-    sums[4] += s * g1 * g2
-    sums[5] += s * g2 * g2
-    sums[6] += e * g0 + p * d
-    sums[7] += e * g1
-    sums[8] += e * g2
+    return (
+        sums[0] + (f * g0 + d * (s * d - t * g0)),
+        sums[1] + f * g1,
+        sums[2] + f * g2,
+        sums[3] + s * g1 * g1,
+        sums[4] + s * g1 * g2,
+        sums[5] + s * g2 * g2,
+        sums[6] + (e * g0 + p * d),
+        sums[7] + e * g1,
+        sums[8] + e * g2,
+    )
 
 
 @compiled(error_model="numpy")
-def _cap(duals, k, cap, was, now, step, mu, tally, sums):
-    """Update the dual of x <= cap and add its row."""
-    room = cap - now
-    inverse = 1.0 / room
-    y = _dual(duals[k], cap - was, (was - now) * step[1], inverse, step[0], mu)
-    duals[k] = y
-    tally[0] += y * room
-    tally[1] = max(tally[1], y * room)
-    sums[0] += y * inverse
-    sums[6] -= inverse
-
-
-@compiled(error_model="numpy")
-def _place(joints, duals, cap, was, now, step, mu, tally, sums):
-    """Sums of all rows at one place, x, x', x'' of which were `was` and are `now`."""
+def _place(joints, duals, cap, was, now, step, mu, tally):
+    """Sums of all rows at one place, x, x', x'' of which were `was` and are `now`, and the tally with it."""
     x, dx, ddx = was
     y, dy, ddy = now
     r, s = 1.0 / np.sqrt(x), 1.0 / np.sqrt(y)
     slope = -0.5 * s / y
     flat, bent = (step[0], step[1], 0.0), (step[0], step[1], -0.5 * r / x * (y - x) * step[1])
-    sums[:] = 0.0
-    _cap(duals, 4 * joints.shape[0], cap, x, y, step, mu, tally, sums)
+    last, room = 4 * joints.shape[0], cap - y
+    z = _dual(duals[last], cap - x, (x - y) * step[1], 1.0 / room, step[0], mu)
+    duals[last] = z
+    total, most = tally[0] + z * room, max(tally[1], z * room)
+    sums = (z * (1.0 / room), 0.0, 0.0, 0.0, 0.0, 0.0, -(1.0 / room), 0.0, 0.0)
     for j in range(joints.shape[0]):
         a0, a1, b0, b1, b2 = joints[j, 0], joints[j, 1], joints[j, 2], joints[j, 3], joints[j, 4]
-        pair = _pair(duals, 4 * j, (1.0, a0 * x + a1 * dx), (1.0, a0 * y + a1 * dy), flat, mu, tally)
-        _add(sums, pair, a0, a1, 0.0, 0.0)
+        pair, (p, q) = _pair(duals, 4 * j, (1.0, a0 * x + a1 * dx), (1.0, a0 * y + a1 * dy), flat, mu)
+        total, most = total + (p + q), max(most, p, q)
+        sums = _with(sums, pair, a0, a1, 0.0, 0.0)
         before, after = b0 * x + b1 * dx + b2 * ddx, b0 * y + b1 * dy + b2 * ddy
-        _add(sums, _pair(duals, 4 * j + 2, (r, before), (s, after), bent, mu, tally), b0, b1, b2, slope)
+        pair, (p, q) = _pair(duals, 4 * j + 2, (r, before), (s, after), bent, mu)
+        total, most = total + (p + q), max(most, p, q)
+        sums = _with(sums, pair, b0, b1, b2, slope)
+    return sums, (total, most)
 
 
 @compiled(error_model="numpy")
@@ -142,14 +134,15 @@ def _assemble(problem, duals, was, c, step, mu, band, gradient, barrier):
     Return the time, the sum of all complementarities and the greatest.
     """
     rows, samples, weights, joints, caps = problem
-    sums, tally, total = np.empty(SUMS), np.zeros(2), 0.0
-    band[:], gradient[:], barrier[:] = 0.0, 0.0, 0.0
+    tally, total = (0.0, 0.0), 0.0
+    for k in range(c.size):
+        band[0, k], band[1, k], band[2, k], gradient[k], barrier[k] = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(weights.shape[0]):
         for t in range(3):
             b = rows[i, t]
             before = _at(b[0], was, i), _at(b[1], was, i), _at(b[2], was, i)
             now = _at(b[0], c, i), _at(b[1], c, i), _at(b[2], c, i)
-            _place(joints[i, t], duals[i, t], caps[i, t], before, now, step, mu, tally, sums)
+            sums, tally = _place(joints[i, t], duals[i, t], caps[i, t], before, now, step, mu, tally)
             _spread(sums, b, i, band, barrier)
         total += _time(samples[i], weights[i], c, i, band, gradient)
     for k in (0, 1, c.size - 2, c.size - 1):  # not free
@@ -190,9 +183,12 @@ def _solved(band, right, out):
 
 @compiled(error_model="numpy")
 def _nearer(z, room, change, mu, far):
-    """Note the relative loss of a row's room and of its dual in a whole step."""
-    far[0] = max(far[0], -change / room)
-    far[1] = max(far[1], 1.0 - (mu - z * change) / (z * room))
+    """Note the relative loss of a row's room and of its dual in a whole step; few are divided."""
+    if -change > (1.0 - 1e-9) * far[0] * room:
+        far[0] = max(far[0], -change / room)
+    after, before = mu - z * change, z * room
+    if after < (1.0 + 1e-9 - far[1]) * before:
+        far[1] = max(far[1], 1.0 - after / before)
 
 
 @compiled(error_model="numpy")
@@ -232,6 +228,30 @@ def _shares(problem, duals, c, move, mu):
 
 
 @compiled(error_model="numpy")
+def _decrement(gradient, barrier, out, mu):
+    """Squared Newton decrement, from solutions `out` for both gradients."""
+    total = 0.0
+    for k in range(gradient.size):
+        total += (gradient[k] - mu * barrier[k]) * (out[0, k] - mu * out[1, k])
+    return total
+
+
+@compiled(error_model="numpy")
+def _step(out, mu, move):
+    """Fill the Newton step of the coefficients."""
+    for k in range(move.size):
+        move[k] = mu * out[1, k] - out[0, k]
+
+
+@compiled(error_model="numpy")
+def _go(c, move, share, was):
+    """Go a share of a step, from what then `was`."""
+    for k in range(c.size):
+        was[k] = c[k]
+        c[k] += share * move[k]
+
+
+@compiled(error_model="numpy")
 def interior(problem, c, mu, gap):
     """Improve coefficients c (m,) that hold every row; return the steps, -1 where a number is not finite.
 
@@ -249,24 +269,24 @@ def interior(problem, c, mu, gap):
     gap : float
         Sum of all complementarities over the time at the end.
     """
-    duals = np.zeros((*problem[4].shape, 4 * problem[3].shape[2] + 1))
+    intervals, places, joints, _ = problem[3].shape
+    duals, step = np.zeros((intervals, places, 4 * joints + 1)), (1.0, 1.0)
     band, was, out = np.empty((3, c.size)), c.copy(), np.empty((2, c.size))
-    gradient, barrier, step = np.empty(c.size), np.empty(c.size), (1.0, 1.0)
+    gradient, barrier, move = np.empty(c.size), np.empty(c.size), np.empty(c.size)
     for number in range(STEPS):
         time, total, most = _assemble(problem, duals, was, c, step, mu, band, gradient, barrier)
         _factor(band)
         _solved(band, gradient, out[0])
         _solved(band, barrier, out[1])
-        decrement = np.sum((gradient - mu * barrier) * (out[0] - mu * out[1]))
+        decrement = _decrement(gradient, barrier, out, mu)
         if not np.isfinite(decrement):
             return -1
         if decrement <= REACHED * mu * duals.size and most <= LARGE * mu:
             if total <= gap * time:
                 return number
             mu *= LOWER
-        move = mu * out[1] - out[0]
+        _step(out, mu, move)
         primal, dual = _shares(problem, duals, c, move, mu)
-        was[:] = c
-        c += primal * move
+        _go(c, move, primal, was)
         step = (dual, 1.0 / primal)
     return STEPS

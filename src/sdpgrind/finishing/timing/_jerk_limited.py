@@ -120,7 +120,7 @@ def _narrowed(given: LimitedRun, nodes: Floats, feed: Floats) -> TimeLaw:
 
 def _used(given: LimitedRun, law: TimeLaw) -> Floats:
     """Greatest share of each limit in every interval, (4, N)."""
-    each = shares(given.run, law, given.limits, given.feed_rate, CHECKS)[:, :, 0]
+    each = shares(given.run, law, given.limits, given.feed_rate, CHECKS)
     return np.asarray(each.reshape(-1, PIECES, each.shape[1]).max(axis=1).T)
 
 

@@ -50,7 +50,7 @@ def narrowed(given: LimitedRun, points: int, solve: Solve) -> Narrowed:
 
 def _narrower(factors: Floats, given: LimitedRun, law: TimeLaw) -> Floats:
     """Narrow limits at both ends of every interval by their excess in it."""
-    ratios = shares(given.run, law, given.limits.replace(jerk_max=None), np.inf, CHECKS)[:, :2, 0].T
+    ratios = shares(given.run, law, given.limits.replace(jerk_max=None), np.inf, CHECKS)[:, :2].T
     excess, one = np.maximum(ratios, 1.0) ** EAGER, np.ones((2, 1))
     return np.asarray(factors * np.maximum(np.hstack([one, excess]), np.hstack([excess, one])))
 

@@ -13,6 +13,7 @@ from sdpgrind.finishing.timing._limits import JointLimits, each_feed
 from sdpgrind.finishing.timing._time_law import TimeLaw, moved
 
 QUANTITIES = ("speed", "acceleration", "jerk", "feed")
+CLOSER = 20  # chosen: places about the greatest share of a limit
 SLACK = 1e-9  # chosen: rounding of a ratio of 1
 
 
@@ -108,24 +109,23 @@ def worst_violation(
 
 def closest(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
     """Greatest share of each limit over one run: (4, 4) = quantities by (ratio, joint, time, length)."""
-    rows, each = _rows(law), _none(law)
-    found = np.empty((len(QUANTITIES), 4))
-    check_kernels.closest(*run.pieces, rows, limits.table, feed_rate, refine, each, found)
-    return found
+    each, found = _none(law)
+    check_kernels.closest(*run.pieces, _rows(law), limits.table, feed_rate, refine, CLOSER, each, found)
+    return found[:, :4]
 
 
 def shares(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
-    """Greatest share of each limit in every piece of a law: (k, 4, 4)."""
-    found = _none(law)
-    check_kernels.worst(*run.pieces, _rows(law), limits.table, feed_rate, refine, found)
-    return found
+    """Greatest share of each limit in every piece of a law: (k, 4)."""
+    each, found = _none(law)
+    check_kernels.worst(*run.pieces, _rows(law), limits.table, feed_rate, refine, each, found)
+    return each
 
 
-def _none(law: TimeLaw) -> Floats:
-    """No share in any piece of a law, (k, 4, 4)."""
-    found = np.zeros((law.length.size, len(QUANTITIES), 4))
-    found[:, :, 1] = -1
-    return found
+def _none(law: TimeLaw) -> tuple[Floats, Floats]:
+    """No share in any piece of a law, (k, 4), and none in it, (4, 5); see the kernels."""
+    found = np.zeros((len(QUANTITIES), 5))
+    found[:, 1] = -1
+    return np.empty((law.length.size, len(QUANTITIES))), found
 
 
 def _rows(law: TimeLaw) -> Floats:

@@ -29,23 +29,29 @@ _MISFIT = (
     " problem, 'time_constant' is that of the linear lag"
 )
 _FIRST = 3  # chosen: readings of the first guess of the offset; of more the part has moved
-_KEPT = 8  # chosen: courses kept, as another offset needs none and differences come back to the middle
+_KEPT = 2  # derived: a fit asks for sizes, and for slopes there or at the values before
 _STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
 
 
 class ContactCourse(NamedTuple):
-    """Size (mm) and infeed rate (mm/s) of the model at each reading."""
+    """Size (mm) and infeed rate (mm/s) of the model at each reading.
+
+    `by_contact` (unit 1) and `by_scale` (mm): derivatives of the size.
+    """
 
     size: Floats
     infeed_rate: Floats
+    by_contact: Floats
+    by_scale: Floats
 
 
 def course(cycle: Cycle, model: PlungeModel, contact_zero: float = 0.0, scale: float = 1.0) -> ContactCourse:
     """Run the model on the command, with `scale` times its deflection."""
     core = model.core
     core = core._replace(K0=scale * core.K0, K1=scale * core.K1, K2=scale * core.K2)
-    y, rate = deflections(contact_zero - core.K0, cycle.command_rate, cycle.step, _STEPS, core).T
-    return ContactCourse(cycle.infeed + contact_zero - core.K0 - y, rate)
+    first = contact_zero - core.K0
+    y, rate, by_first, by_log = deflections(first, cycle.command_rate, cycle.step, _STEPS, core).T
+    return ContactCourse(cycle.infeed + first - y, rate, 1.0 - by_first, -(core.K0 + by_log) / scale)
 
 
 def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
@@ -56,15 +62,21 @@ def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
     reach, begin = float(cycle.infeed[-1]), float(np.mean(cycle.size[cycle.read][:_FIRST]))
 
     @lru_cache(maxsize=_KEPT)
-    def size(zero: float, scale: float) -> Floats:
-        return course(cycle, model, zero, scale).size
+    def at(zero: float, scale: float) -> ContactCourse:
+        return course(cycle, model, zero, scale)
+
+    def slopes(values: Floats) -> Floats:
+        found = at(values[0], values[1])
+        each = [found.by_contact, found.by_scale, np.ones(cycle.time.size)]
+        return np.asarray(-np.column_stack(each)[cycle.read])
 
     fit = idf.output_error(
-        lambda values: _left(cycle, size(values[0], values[1]), values[2]),
+        lambda values: _left(cycle, at(values[0], values[1]).size, values[2]),
         [0.0, 1.0, begin],
         scale=[1e-2, 0.1, 1e-3],
         low=[-reach, SCALES[0], -np.inf],
         high=[reach, SCALES[1], np.inf],
+        jacobian=slopes,
         throw=False,
     )
     told = rounding.widened(fit, cycle, lambda values: residual(cycle, model, values))

@@ -4,6 +4,7 @@ The deflection x = tau v obeys x' = u - x/tau; the size is the commanded infeed 
 gauge. For a command held between samples this is exact at any sample time.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from sdpgrind.base import checks, serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._identify import rounding
 from sdpgrind.plunge._identify.cycles import MOVING, Cycle, concluded, fault_of_lag, not_identified
-from sdpgrind.plunge._plan.replay_kernels import lags
+from sdpgrind.plunge._plan.replay_kernels import lagged_sizes
 
 NAME, UNIT = "time_constant", "s"
 RANGE = (0.05, 50.0)  # chosen: range of the time constant, s
@@ -27,6 +28,7 @@ _BLOCK, _RARELY = 32, 1e-3  # measured, chosen: readings of a mean; white noise 
 _STRAIGHT = 48  # measured: readings over which a misfit of the lag is a line
 _SIGNIFICANT = 8.0  # derived: square of a normal value exceeded once in 200 by chance, in variances
 _AT_END = 1e-8  # chosen: distance from the end of its range at which a touch-in counts as held there, mm
+_KEPT = 2  # derived: a fit asks for sizes, and for slopes there or at the values before
 _ALIKE = 0.866  # chosen: correlation with the touch-in from which it doubles the sd of the time constant
 
 
@@ -82,14 +84,29 @@ def _fit_before(last: float, cycle: Cycle, noise: str, size: int, correlation: f
     offset = float(np.mean(residual(cycle, [begin])))
     time = cycle.time[cycle.read]
     apart = serial.gaps(time, time.size)
+
+    @lru_cache(maxsize=_KEPT)
+    def model(log_tau: float, touch_in: float = 0.0) -> Floats:
+        return lagged(cycle, float(np.exp(log_tau)), touch_in)
+
+    def left(values: Floats) -> Floats:
+        off = (cycle.size - model(values[0], *values[2:])[0])[cycle.read] - values[1]
+        return serial.filtered(off, correlation, apart)
+
+    def slopes(values: Floats) -> Floats:
+        by_lag, by_touch = -model(values[0], *values[2:])[1:, cycle.read]
+        each = np.array([by_lag, np.full(by_lag.size, -1.0), by_touch][:size])
+        return serial.filtered(each, correlation, apart).T
+
     return idf.output_error(
-        lambda values: serial.filtered(residual(cycle, values), correlation, apart),
+        left,
         [begin, offset, 0.0][:size],
         scale=[0.1, 1e-3, 1e-3][:size],
         low=[low, -np.inf, -float(cycle.infeed[-1])][:size],
         high=[high, np.inf, last][:size],
         noise=noise,
         time=time,
+        jacobian=slopes,
         throw=False,
     )
 
@@ -97,9 +114,8 @@ def _fit_before(last: float, cycle: Cycle, noise: str, size: int, correlation: f
 def residual(cycle: Cycle, values: npt.ArrayLike) -> Floats:
     """Sizes read (mm) less those of the model, for values as in `fitted`; left out: 0."""
     log_tau, offset, touch_in = np.append(np.asarray(values, dtype=float), [0.0, 0.0])[:3]
-    return np.asarray(
-        (cycle.size - lagged(cycle, float(np.exp(log_tau)), float(touch_in)))[cycle.read] - offset
-    )
+    size = lagged(cycle, float(np.exp(log_tau)), float(touch_in))[0]
+    return np.asarray((cycle.size - size)[cycle.read] - offset)
 
 
 def _curved(cycle: Cycle, found: idf.Estimate) -> bool:
@@ -133,13 +149,11 @@ def _of_logarithm(found: idf.Estimate) -> idf.Estimate:
 
 
 def lagged(cycle: Cycle, time_constant: float, touch_in: float = 0.0) -> Floats:
-    """Size (mm) of the linear model after `touch_in` (mm) of command; below 0: deflected at the start."""
-    after, before = cycle.infeed[1:] - touch_in, cycle.infeed[:-1] - touch_in
-    moved = after - before
-    share = np.where(moved > 0, np.clip(after / np.where(moved > 0, moved, 1.0), 0.0, 1.0), 1.0)
-    pole = np.exp(-share * cycle.step / time_constant)
-    given = cycle.command_rate[:-1] * time_constant * (1 - pole)
-    return np.asarray(np.maximum(cycle.infeed - touch_in, 0.0) - lags(max(-touch_in, 0.0), pole, given))
+    """Size (mm) of the linear model after `touch_in` (mm) of command; below 0: deflected at the start.
+
+    Then its derivatives by the logarithm of the time constant, mm, and by the touch-in, unit 1.
+    """
+    return np.asarray(lagged_sizes(cycle.infeed, cycle.command_rate, cycle.step, time_constant, touch_in))
 
 
 def recursively(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._model.kernels import DeflectionLaw, _deflected, rate
+from sdpgrind.plunge._model.kernels import DeflectionLaw, _pair_near, rate
 
 COLUMNS = 5  # derived: time (s), stock, deflection beyond ploughing (mm), rate (mm/s), wear flat area
 
@@ -113,14 +113,59 @@ def _until_stock(state, step, command, end, law, wear):
 
 @compiled
 def deflections(first, command_rate, step, substeps, core):
-    """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands hold for a `step` (s)."""
-    out = np.empty((step.size + 1, 2))
-    y, v = first, rate(first, core)
-    out[0, 0], out[0, 1] = y, v
-    for k in range(step.size):
-        y, v = _deflected(y, v, command_rate[k], step[k], substeps, core)
-        out[k + 1, 0], out[k + 1, 1] = y, v
+    """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands hold for a `step` (s).
+
+    Then the derivatives of the deflection by the first one, unit 1, and by ln of its law's scale, mm.
+    """
+    out = np.empty((step.size + 1, 4))
+    y, v, by_first, by_scale = first, rate(first, core), 1.0, -core.K0
+    for k in range(step.size + 1):
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = y, v, by_first, by_scale
+        if k < step.size:
+            y, v, by_first, by_scale = _swept(
+                y, v, by_first, by_scale, command_rate[k], step[k], substeps, core
+            )
     return out
+
+
+@compiled(error_model="numpy")
+def _swept(y, near, by_first, by_scale, command_rate, duration, steps, core):
+    """`_deflected` with the derivatives of the deflection, which are those of its steps.
+
+    Where the wheel touches, the deflection is 0 whatever it was before, and the rest of the duration varies.
+    """
+    by_h = 0.0, 0.0
+    if y < 0.0:
+        reached = y + command_rate * duration
+        if reached <= 0.0:
+            return reached, 0.0, by_first, by_scale
+        duration, y = reached / command_rate, 0.0
+        by_h = by_first / (command_rate * steps), by_scale / (command_rate * steps)
+        by_first = by_scale = 0.0
+    h = duration / steps
+    v, w = _pair_near(y, near, near**core.p, core)
+    for _ in range(steps):
+        a, s = command_rate - v, _slope(v, w, core)
+        f, g = -s * by_first, -s * (by_scale - y)
+        sums = a, f, g
+        for stage in range(1, 4):
+            share, weight = (1.0, 1.0) if stage == 3 else (0.5, 2.0)
+            at, by_f, by_g = y + share * h * a, share * (h * f + by_h[0] * a), share * (h * g + by_h[1] * a)
+            v, w = _pair_near(at, v, w, core)
+            a, s = command_rate - v, _slope(v, w, core)
+            f, g = -s * (by_first + by_f), -s * (by_scale + by_g - at)
+            sums = sums[0] + weight * a, sums[1] + weight * f, sums[2] + weight * g
+        y += h / 6.0 * sums[0]
+        by_first += h / 6.0 * sums[1] + by_h[0] / 6.0 * sums[0]
+        by_scale += h / 6.0 * sums[2] + by_h[1] / 6.0 * sums[0]
+        v, w = _pair_near(y, v, w, core)
+    return y, v, by_first, by_scale
+
+
+@compiled(error_model="numpy", inline="always")
+def _slope(v, w, core):
+    """Derivative dv/dy, 1/s, of a rate with w = v^p; 0 where the wheel only ploughs."""
+    return v / (core.K1 * v + core.p * core.K2 * w) if v > 0.0 else 0.0
 
 
 @compiled
@@ -130,4 +175,30 @@ def lags(first, pole, given):
     out[0] = first
     for k in range(pole.size):
         out[k + 1] = pole[k] * out[k] + given[k]
+    return out
+
+
+@compiled(error_model="numpy")
+def lagged_sizes(infeed, command_rate, step, tau, touch_in):
+    """Size (mm) at each reading behind a linear lag (s) that begins after `touch_in` (mm) of command.
+
+    Then its derivatives by ln of the lag, mm, and by the touch-in, unit 1.
+    """
+    out = np.empty((3, infeed.size))
+    x, by_lag, by_touch = max(-touch_in, 0.0), 0.0, -1.0 if touch_in < 0.0 else 0.0
+    for k in range(infeed.size):
+        fed = infeed[k] - touch_in
+        out[0, k], out[1, k] = max(fed, 0.0) - x, -by_lag
+        out[2, k] = -by_touch - (1.0 if fed > 0.0 else 0.0)
+        if k < step.size:
+            after, moves = infeed[k + 1] - touch_in, infeed[k + 1] - infeed[k]
+            share = min(max(after / moves, 0.0), 1.0) if moves > 0.0 else 1.0
+            power = -share * step[k] / tau
+            pole, full = np.exp(power), command_rate[k] * tau
+            behind = x - full
+            by_lag = pole * (by_lag - power * behind) + full * (1.0 - pole)
+            by_touch *= pole
+            if fed <= 0.0 < after and moves > 0.0:
+                by_touch += pole * behind * step[k] / (tau * moves)
+            x = full + pole * behind
     return out

@@ -14,6 +14,7 @@ from sdpgrind.plunge._model.kernels import (
     PlungeCore,
     _damage,
     _deflected,
+    _pair_near,
     _rate_near,
     _worn,
     rate,
@@ -213,15 +214,15 @@ def _driven(y, near, half, whole, duration, growth, core):
 
     y - p, p the position of the axis, falls by `growth` times the rate: Runge and Kutta.
     """
-    v = _rate_near(y, near, core)
+    v, w = _pair_near(y, near, near**core.p, core)
     a = -growth * v
-    v = _rate_near(y + half + 0.5 * duration * a, v, core)
+    v, w = _pair_near(y + half + 0.5 * duration * a, v, w, core)
     b = -growth * v
-    v = _rate_near(y + half + 0.5 * duration * b, v, core)
+    v, w = _pair_near(y + half + 0.5 * duration * b, v, w, core)
     c = -growth * v
-    v = _rate_near(y + whole + duration * c, v, core)
+    v, w = _pair_near(y + whole + duration * c, v, w, core)
     after = y + whole + duration / 6.0 * (a + 2.0 * b + 2.0 * c - growth * v)
-    return after, _rate_near(after, v, core)
+    return after, _pair_near(after, v, w, core)[0]
 
 
 @compiled

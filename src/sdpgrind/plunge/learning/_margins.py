@@ -225,6 +225,7 @@ class RoundnessMargin:
         self.part_sd = None if part_sd is None else checks.nonnegative("part_sd", part_sd, "mm")
         self._excess = _ConstantFilter()
         self._first: CycleController | None = None
+        self._sd = self.part_sd
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
         """Return `controller` with a new roundness margin (mm), by the roundness in `part_log`."""
@@ -232,10 +233,11 @@ class RoundnessMargin:
         self._first = controller if self._first is None else self._first
         if not at_size(part_log):
             return controller
-        sd = scatter_of_roundness(_coarse(self._first)) if self.part_sd is None else self.part_sd
+        if self._sd is None:
+            self._sd = scatter_of_roundness(_coarse(self._first))
         aim = problem.roundness_max - controller.roundness_margin
-        self._excess.learn(float(part_log.figure("roundness")[-1]) - aim, sd**2)
-        spread = np.sqrt(self._excess.variance + sd**2)
+        self._excess.learn(float(part_log.figure("roundness")[-1]) - aim, self._sd**2)
+        spread = np.sqrt(self._excess.variance + self._sd**2)
         margin = self._excess.mean + ndtri(self.confidence) * spread
         most = 0.9 * (problem.roundness_max - problem.model.roundness_base)
         return controller.replace(roundness_margin=float(np.clip(margin, 0.0, most)))

@@ -6,7 +6,7 @@ The value-to-go ($) of mode i and coordinates x, n stages before the deadline, o
                       min_k min_u charge[k](x, u) + E V[n - duration[k]](i', x') )
 
 ``stop[j]``, ``late`` (n < 0)     `_problem.stops`, `_problem.countdown`
-``E V`` of a shift, x' = x - D    `shift_backup`: tables and a matrix product; single rows: `kernels._expect`
+``E V`` of a shift, x' = x - D    `shift_backup`: tables; `shift_sums`: all nodes; one: `kernels._expect`
 ``E V`` of any other move         `point_backup`: every row and node by itself
 ``min_u``, also between levels    `kernels.push` for shifts, `kernels.least` for other moves
 ``min_j``, ``min_k``, ties        `sweep_kernels.choose`; small problems: all n in `sweep_kernels.sweep`

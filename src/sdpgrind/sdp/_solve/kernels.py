@@ -25,6 +25,27 @@ KINK = 0.4
 
 
 @compiled(fastmath=REORDER)
+def weigh(curve, end, first, h, weight, reach):
+    """Fill weight[group, row, k], of lags from `first` on, from the second differences of curve at them.
+
+    Lags beyond end[group, row, 0] weigh nothing. `reach` gets the first and last lag of a weight, if any.
+    """
+    for group in range(weight.shape[0]):
+        for row in range(weight.shape[1]):
+            line, out = curve[group, row], weight[group, row]
+            count = int(min(max(np.floor(end[group, row, 0] / h) + 1.0 - first, 0.0), float(out.size)))
+            for k in range(count):
+                out[k] = (line[k + 2] - 2.0 * line[k + 1] + line[k]) / h
+            begin = 0
+            while begin < count and out[begin] == 0.0:
+                begin += 1
+            while count > begin and out[count - 1] == 0.0:
+                count -= 1
+            if begin < count:
+                reach[group, row, 0], reach[group, row, 1] = first + begin, first + count - 1
+
+
+@compiled(fastmath=REORDER, forceinline=True)
 def _expect(group, row, node, tables, value, flipped, level):
     """E value(next) + charges of one row at one node; `flipped`: value from the top down, 0 at node 0."""
     weight, first_lag, reach, gone, stopped, above, charge, target, part, _ = tables
@@ -139,7 +160,7 @@ def _next(a, b, c, qa, qb, qc, halve):
     return min(max(x, a + 1), c - 1)
 
 
-@compiled(fastmath=REORDER)
+@compiled(fastmath=REORDER, forceinline=True)  # a call copies all tables' shapes, 0.1 us
 def _descend(
     group, base, node, f, low, high, stride, q, before, after, tables, value, flipped, level, levels
 ):

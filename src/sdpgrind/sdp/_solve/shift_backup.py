@@ -10,23 +10,22 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy import fft
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._distributions.law import Law
+from sdpgrind.sdp._distributions.quick import quick
 from sdpgrind.sdp._problem.grid import Grid, Ints
 from sdpgrind.sdp._solve import kernels as _kernels
+from sdpgrind.sdp._solve.shift_sums import Convolution, Product
 from sdpgrind.sdp._transitions.edges import Exit
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import RowsFound
 from sdpgrind.sdp._transitions.shift import Shift, refuse_leak
 
 ROUGH = 0.05  # chosen: sd, cells, below which expectations have kinks at nodes; more would forbid good curves
-LONG = 600  # chosen: least nodes of sums by Fourier transform, n log n instead of n^2 operations a row
-CHUNK = 32  # chosen: rows transformed back together; more cost memory, fewer overhead
+LONG = 300  # chosen: least nodes of sums by Fourier transform, n log n instead of n^2 operations a row
 PIECE = 2**16  # chosen: entries of a table filled together; more leave the processor's cache
 ROUNDING = 2.0**-48  # derived: of the largest value, 16 roundings; transforms of 2^16 nodes make no more
-BLOCKS = 4  # chosen: column blocks of the matrix product without its lower triangle; fixed for equal bits
 
 
 class ShiftBundle:
@@ -86,31 +85,30 @@ class ShiftBundle:
         charged = any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used)
         self.gone = np.zeros((groups, rows, n if charged else 0))
         self.stopped = np.zeros((groups, rows, 0))
-        self._ended: list[tuple[slice, Any]] = []  # rows, and what gives their probabilities of stopping
+        # Rows, nodes, and what gives their probabilities of stopping.
+        self._ended: list[tuple[slice, slice, Any]] = []
         self.above = np.zeros((groups, rows, n if rising else 0))
         self.charge = np.zeros((groups, rows, n))
         self.target = np.zeros((groups, rows, 2 ** (len(self.grid.axes) - 1)), dtype=np.int64)
         self.part = np.ones(self.target.shape)
+        self.reach = np.empty((groups, rows, 2), dtype=np.int64)
+        self.reach[:] = self.first_lag, self.first_lag - 1
         self.rough = np.zeros((groups, rows), dtype=np.bool_)
         for menu, at, law, s, c in asked:
             here = slice(at, at + menu.rows)
             allowed = self._fill(menu, here, law, ends, rising)
             self._aim(menu, here, s, c, allowed.any(axis=2))
-        used = self.weight != 0
-        low = np.argmax(used, axis=2)
-        high = used.shape[2] - 1 - np.argmax(used[:, :, ::-1], axis=2)
-        self.reach = np.stack([low, np.where(used.any(axis=2), high, -1)], axis=2) + self.first_lag
         lags = self.weight, self.first_lag, self.reach
         edges = self.gone, self.stopped, self.above
         self.tables: tuple[Any, ...] = (*lags, *edges, self.charge, self.target, self.part, self.rough)
         self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
-        self.scan_weight = (
-            np.ascontiguousarray(self.weight[0, self.scan_rows])
-            if self.dense
-            else np.zeros((self.scan_rows.size, 0))
+        scanned = self.scan_rows if self.dense else self.scan_rows[:0]
+        self.scan_weight = self.weight[0, scanned if n < LONG else scanned[:0]]
+        self._product = (
+            Product(self.scan_weight, n, self.weight.shape[2], self.first_lag)
+            if n < LONG
+            else Convolution(self.weight[0], scanned, n, self.first_lag)
         )
-        make = Product if n < LONG else Convolution
-        self._product = make(self.scan_weight, n, self.weight.shape[2], self.first_lag)
         self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
         self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
 
@@ -126,7 +124,7 @@ class ShiftBundle:
         allowed = np.broadcast_to(self._penalties(menu, here), (self.groups, menu.rows, self.nodes))
         for some in self._pieces(menu):
             there = slice(here.start + some.start, here.start + some.stop)
-            piece = self._laws(menu, some, extra=2)[0]
+            piece = quick(self._laws(menu, some, extra=2)[0])
             self._put_weight(there, piece)
             for end in ends if rising else ends[:1]:
                 self._put_end(menu, end, there, piece, allowed[:, some])
@@ -138,33 +136,48 @@ class ShiftBundle:
         return [slice(k, min(k + size, menu.rows)) for k in range(0, menu.rows, size)]
 
     def _put_weight(self, here: slice, law: Law) -> None:
-        """Put the weights of laws (groups, rows, 1) into the table."""
-        h, end = self.grid.spacing[self.axis], law.support[1] + self.grid.spacing[self.axis]
-        lag = np.arange(self.first_lag - 1, self.nodes + 1)
+        """Put the weights of laws (groups, rows, 1) into the table, and their first and last lag."""
+        h, (low, high) = self.grid.spacing[self.axis], law.support
         # Weights beyond the law's support are rounding of differences: sums skip them.
-        lag = lag[: 2 + np.count_nonzero(h * lag[1:-1] <= np.max(end))]
-        far, curve = h * lag[1:-1] > end, law.under(h * lag)
-        weight = (curve[..., 2:] - 2 * curve[..., 1:-1] + curve[..., :-2]) / h
-        self.weight[:, here, : lag.size - 2] = np.where(far, 0.0, weight)
+        ends = np.floor(np.min(low) / h) - 1, np.ceil(np.max(high) / h) + 1
+        first, last = (int(np.clip(end, self.first_lag, self.nodes - 1)) for end in ends)
+        put = self.weight[:, here, first - self.first_lag : last + 1 - self.first_lag]
+        curve = law.under(h * np.arange(first - 1, last + 2))
+        shape = (*put.shape[:2], put.shape[2] + 2)
+        if curve.shape != shape:  # one law for several rows
+            curve = np.broadcast_to(curve, shape).copy()
+        end = np.broadcast_to(high + h, (*shape[:2], 1)).copy()
+        _kernels.weigh(curve, end, first, h, put, self.reach[:, here])
 
     def _put_end(self, menu: Menu, end: Exit, here: slice, law: Law, allowed: Any) -> None:
         """Put probability and charge of passing one end into the tables, of laws (groups, rows, 1)."""
-        h, axis = self.grid.spacing[self.axis], self.grid.axes[self.axis]
-        x = axis.low + h * np.arange(self.nodes)
+        h = self.grid.spacing[self.axis]
+        near, x = self._near(end, law)
         if end.edge == "stop":
-            self._ended.append((here, partial(end.probability, law, x)))
+            self._ended.append((here, near, partial(end.probability, law, x)))
         if end.edge == "stop" and end.sign > 0:
-            self.charge[:, here] += end.charge(law, x)
+            self.charge[:, here, near] += end.charge(law, x)
             return
         probability = end.probability(law, x)
         if end.edge == "refuse":
-            refuse_leak(menu, end, np.where(allowed, probability, 0.0))
+            refuse_leak(menu, end, np.where(allowed[..., near], probability, 0.0))
         if end.edge not in ("stop", "hold"):
-            self.gone[:, here] += probability
-        self.charge[:, here] += end.charge(law, x, probability)
+            self.gone[:, here, near] += probability
+        self.charge[:, here, near] += end.charge(law, x, probability)
         if end.sign < 0:
             kept = probability if end.edge == "hold" else 0.0
-            self.above[:, here] += end.full_hat(law, x, h, probability) - kept
+            self.above[:, here, near] += end.full_hat(law, x, h, probability) - kept
+
+    def _near(self, end: Exit, law: Law) -> tuple[slice, Floats]:
+        """Nodes from which some law passes an end, and their coordinates."""
+        axis = self.grid.axes[self.axis]
+        x = np.asarray(axis.low + self.grid.spacing[self.axis] * np.arange(self.nodes))
+        y = x - end.place
+        if end.sign > 0:
+            near = slice(0, int(np.count_nonzero(y <= np.max(law.support[1]))) + 1)
+        else:
+            near = slice(max(0, int(np.count_nonzero(y < np.min(law.support[0]))) - 1), self.nodes)
+        return near, x[near]
 
     def _penalties(self, menu: Menu, here: slice) -> Any:
         """Put the in-path charges into the table; return the mask of allowed moves."""
@@ -251,8 +264,8 @@ class ShiftBundle:
         if self.stopped.size:
             return
         self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
-        for here, probability in self._ended:
-            self.stopped[:, here] += probability()
+        for here, near, probability in self._ended:
+            self.stopped[:, here, near] += probability()
         self._ended.clear()
         self.tables = (*self.tables[:4], self.stopped, *self.tables[5:])
 
@@ -311,48 +324,3 @@ def _runs(targets: Ints) -> list[tuple[int, slice]]:
     """Runs of rows with the same target: each is one matrix product."""
     ends = [0, *(np.flatnonzero(np.diff(targets)) + 1), targets.size]
     return [(int(targets[a]), slice(int(a), int(b))) for a, b in itertools.pairwise(ends)]
-
-
-class Product:
-    """out[row, node] = sum of weight[row, lag] * value[node - lag] over targets 1..n-1, by node blocks."""
-
-    def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
-        self._weight = weight
-        self._padded = np.zeros(nodes + 2 * lags)
-        # Node 0 is the origin of the values: its weight is irrelevant.
-        self._inside = self._padded[lags : lags + nodes - 1]
-        # Entry (lag, node) of the Toeplitz matrix: value[node - lag] = flipped[nodes - 1 - node + lag].
-        start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
-        view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
-        edges = np.linspace(0, nodes, (BLOCKS if nodes >= 64 else 1) + 1).astype(int)
-        self._blocks = []
-        for begin, end in itertools.pairwise(edges):
-            depth = min(lags, int(end) - first_lag)
-            self._blocks.append(
-                (slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin)))
-            )
-
-    def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
-        """Multiply; `flipped` is the value from the top node down."""
-        self._inside[:] = flipped[:-1]
-        for columns, depth, view, matrix in self._blocks:
-            matrix[:] = view
-            np.matmul(self._weight[rows, :depth], matrix, out=out[:, columns])
-
-
-class Convolution:
-    """`Product` for many nodes: transforms of rows are kept, that of the value is taken once a call."""
-
-    def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
-        self._first, self._nodes = -first_lag, nodes
-        self._size = fft.next_fast_len(nodes + lags - 1, real=True)
-        self._spectrum = fft.rfft(weight, self._size, axis=1)
-
-    def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
-        """Convolve; `flipped` is the value from the top node down, 0 at node 0."""
-        value = fft.rfft(flipped[::-1], self._size)
-        for k in range(rows.start, rows.stop, CHUNK):
-            some = slice(k, min(k + CHUNK, rows.stop))
-            found = fft.irfft(self._spectrum[some] * value, self._size, axis=1, overwrite_x=True)
-            found = found[:, self._first : self._first + self._nodes]
-            out[some.start - rows.start : some.stop - rows.start] = found

@@ -13,6 +13,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._distributions.law import Law
+from sdpgrind.sdp._distributions.quick import hats
 from sdpgrind.sdp._problem.grid import Grid, Ints, corners
 from sdpgrind.sdp._transitions.edges import LEAK, Exit
 from sdpgrind.sdp._transitions.menu import Menu
@@ -130,12 +131,7 @@ def _line(
 ) -> tuple[Floats, Floats, Floats, tuple[Tail, ...]]:
     """Weights (P, nodes of the falling axis) from points x, charge and probability of exits, tails."""
     axis, place = menu.grid.axes[ax], menu.grid.surrounded(ax)
-    y, h = x - place[:, None], np.diff(place)
-    # Differences of E (y-D)+ are accurate below the mean, those of E (D-y)+ above it.
-    below, above = (
-        np.diff(np.diff(curve, axis=0) / h[:, None], axis=0) for curve in (law.under(y), law.over(y))
-    )
-    weight = np.broadcast_to(np.where(y[1:-1] <= law.mean, below, above), (axis.nodes, *x.shape)).T.copy()
+    weight, h = hats(law, x, place), np.diff(place)
     charge, stopped, tails = np.zeros(x.shape), np.zeros(x.shape), []
     for end, node in ((Exit.low(menu.problem, axis), 0), (Exit.high(menu.problem, axis), -1)):
         probability = np.broadcast_to(end.probability(law, x), x.shape)

@@ -6,6 +6,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp import Law
+from sdpgrind.sdp.kernels import quick
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 
@@ -46,6 +47,7 @@ def tables(problem: SequenceProblem, law: Law, height: float, nodes: int) -> tup
     Weights are second differences of E (y - D)+ : values after the pass are straight between nodes.
     """
     cell = height / (nodes - 1)
+    law = quick(law)
     under = law.under(cell * np.arange(-1, nodes + 1)).reshape(-1, nodes + 2)
     over = problem.height_charge.over
     assert over is not None  # required of a problem

@@ -1,0 +1,85 @@
+"""Sums of weights times values over all lags, for many rows at every node: as matrices, or by transforms."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+from scipy import fft
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._problem.grid import Ints
+
+BLOCKS = 4  # chosen: column blocks of the matrix product without its lower triangle; fixed for equal bits
+BLOCK = 16  # chosen: rows transformed back together; more share fewer lags, fewer cost overhead
+SIZES = 8  # chosen: lengths of transforms for each number of nodes; fewer are too long, more seldom shared
+
+
+class Product:
+    """out[row, node] = sum of weight[row, lag] * value[node - lag] over targets 1..n-1, by node blocks."""
+
+    def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
+        self._weight = weight
+        self._padded = np.zeros(nodes + 2 * lags)
+        # Node 0 is the origin of the values: its weight is irrelevant.
+        self._inside = self._padded[lags : lags + nodes - 1]
+        # Entry (lag, node) of the Toeplitz matrix: value[node - lag] = flipped[nodes - 1 - node + lag].
+        start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
+        view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
+        edges = np.linspace(0, nodes, (BLOCKS if nodes >= 64 else 1) + 1).astype(int)
+        self._blocks = []
+        for begin, end in itertools.pairwise(edges):
+            depth = min(lags, int(end) - first_lag)
+            self._blocks.append(
+                (slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin)))
+            )
+
+    def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
+        """Multiply; `flipped` is the value from the top node down."""
+        self._inside[:] = flipped[:-1]
+        for columns, depth, view, matrix in self._blocks:
+            matrix[:] = view
+            np.matmul(self._weight[rows, :depth], matrix, out=out[:, columns])
+
+
+class Convolution:
+    """`Product` for many nodes, by Fourier transforms: of blocks of rows, kept, and of the value once a call.
+
+    A transform is as long as the nodes and the lags of its block.
+    """
+
+    def __init__(self, weight: Floats, rows: Ints, nodes: int, first_lag: int) -> None:
+        self._nodes = nodes
+        self._blocks = []
+        for k in range(0, len(rows), BLOCK):
+            part = weight[rows[k : k + BLOCK]]
+            low, high = _columns_used(part)
+            size = self._size(high - low + 1)
+            spectrum = fft.rfft(part[:, low : high + 1], size, axis=1)
+            self._blocks.append((slice(k, k + len(part)), low + first_lag, high + first_lag, size, spectrum))
+
+    def _size(self, lags: int) -> int:
+        """Length of the transforms for a number of lags."""
+        step = max(1, self._nodes // SIZES)
+        return int(fft.next_fast_len(-(-(self._nodes + lags) // step) * step, real=True))
+
+    def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
+        """Convolve; `flipped` is the value from the top node down, 0 at node 0."""
+        values: dict[int, Any] = {}
+        for block, low, high, size, spectrum in self._blocks:
+            some = slice(max(rows.start, block.start), min(rows.stop, block.stop))
+            if some.start >= some.stop:
+                continue
+            if size not in values:
+                values[size] = fft.rfft(flipped[::-1], size)
+            product = spectrum[some.start - block.start : some.stop - block.start] * values[size]
+            found = fft.irfft(product, size, axis=1, overwrite_x=True)
+            begin, end = max(low + 1, 0), min(self._nodes + high, self._nodes)  # nodes that end on another
+            line = out[some.start - rows.start : some.stop - rows.start]
+            line[:, begin:end] = found[:, begin - low : end - low]
+            line[:, :begin] = line[:, end:] = 0.0
+
+
+def _columns_used(weight: Floats) -> tuple[int, int]:
+    """First and last column with a weight that is not 0; 0, 0 without."""
+    used = np.flatnonzero(np.any(weight != 0, axis=0))
+    return (int(used[0]), int(used[-1])) if used.size else (0, 0)
