@@ -203,9 +203,9 @@ FAULTS = [
     ('"0.05 kN"', '"50 mm"', "", "force_max must have a unit like N; got '50 mm'"),
     (
         '"0.05 kN"',
-        '"50 kilonewton"',
+        '"50 kilofoot"',
         "",
-        "force_max must have a unit like N; got '50 kilonewton': 'kilonewton' is no unit known",
+        "force_max must have a unit like N; got '50 kilofoot': 'kilofoot' is no unit known",
     ),
     ('"10 s"', '"10 mm"', "", "durations[2] must have a unit like s; got '10 mm'"),
     ("[6, 8", "6 #", "", "durations must be a list of numbers (s); got 6"),

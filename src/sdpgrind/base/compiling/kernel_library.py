@@ -34,6 +34,15 @@ class LinkedLibrary(JITCodeLibrary):
         library._finalize_final_module()
         return library
 
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Optimise the functions of a module, by passes that are made once, not for each name in it."""
+        codegen: Any = self._codegen
+        ll_module.data_layout = codegen._data_layout
+        passes, builder = codegen._function_pass_manager()
+        for function in ll_module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+
     def _finalize_final_module(self) -> None:
         """Define the environments, which all copies of the code share, and nothing else."""
         library: Any = self
