@@ -26,7 +26,8 @@ from centering.cycle._strategy.outcomes import FRICTION_SCALES
 from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, prepared, solved
 from centering.cycle._strategy.tip_ways import run_up
 from centering.cycle._strategy.turning_kernels import RESTING, push_to_push, speed_after, turn_time
-from centering.push._contact.reaction import COLUMN_NAMES
+from centering.push._contact.reaction import COLUMN_NAMES, pushed
+from centering.push._contact.reaction_kernels import FORCE, TRAVEL, WORK
 from centering.push._minimum_time import search as optimal
 from centering.push._minimum_time.program import STARTS, PushProgram, PushTask, Swing, TipState
 from centering.push._plan.touch import profile_of
@@ -43,6 +44,7 @@ from hwsim._log.fingerprint import fingerprint
 __all__ = [
     "COLUMN_NAMES",
     "FINE",
+    "FORCE",
     "FRACTIONS",
     "FRICTION_SCALES",
     "GIVEN_UP",
@@ -52,6 +54,8 @@ __all__ = [
     "SETTLED",
     "SIZE",
     "STARTS",
+    "TRAVEL",
+    "WORK",
     "WORTH",
     "Approach",
     "FeltPush",
@@ -100,6 +104,7 @@ __all__ = [
     "push_cells",
     "push_once",
     "push_to_push",
+    "pushed",
     "remaining",
     "ring_state",
     "run_up",

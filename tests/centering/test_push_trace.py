@@ -3,7 +3,7 @@
 import matplotlib
 import numpy as np
 import pytest
-from push_inside import COLUMN_NAMES
+from push_inside import COLUMN_NAMES, FORCE, TRAVEL, WORK, pushed
 
 from centering import TipProfile, preset, simulate_push
 from centering.push import PushTrace, free_slide_table, simulate_pushes
@@ -26,6 +26,16 @@ def test_a_trace_says_what_a_batch_says():
     many = simulate_pushes([MODEL, MODEL.replace(mass=5.0)], THROWN)
     np.testing.assert_array_equal(many[0], out[0])
     np.testing.assert_array_equal(many[1], simulate_pushes(MODEL.replace(mass=5.0).parameters, THROWN)[0])
+
+
+def test_what_is_not_asked_of_a_push_is_not_told_and_changes_nothing():
+    profiles = [THROWN, TipProfile.constant_speed(10.0, 0.4)]
+    whole, forces, travels = (pushed(MODEL, profiles, asked) for asked in (WORK, FORCE, TRAVEL))
+    peak, balance = (COLUMN_NAMES.index(name) for name in ("peak_force", "energy_error"))
+    assert np.all(np.isnan(forces[:, balance])) and np.all(np.isinf(travels[:, peak]))
+    np.testing.assert_array_equal(np.delete(forces, balance, 1), np.delete(whole, balance, 1))
+    both = [peak, balance]
+    np.testing.assert_array_equal(np.delete(travels, both, 1), np.delete(whole, both, 1))
 
 
 def test_samples_follow_the_equation_of_motion():
