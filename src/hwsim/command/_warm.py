@@ -12,7 +12,7 @@ from sdpgrind.base.progress import Portions, Progress, Speaker, Told, silent
 
 _COARSE = "1e-2"  # $, chosen: a plan at full accuracy calls the same kernels, and takes 8 s more
 # measured: kernels that one part compiles after the first use (benchmarks/times.py); shares follow them
-KERNELS = {"weldbead": 48, "plunge": 19, "locus": 1, "finishing": 72, "centering": 128}
+KERNELS = {"weldbead": 46, "plunge": 18, "locus": 1, "finishing": 73, "centering": 124}
 _EVERY = 2.0  # s between lines in a pipe; chosen: work says what it does within two seconds
 
 

@@ -14,7 +14,7 @@ HOMES = {
     "centering": "centering",
 }
 # measured: kernels that each first use compiles on an empty cache (benchmarks/times.py); shares follow them
-KERNELS = {"weldbead": 58, "plunge": 60, "locus": 102, "finishing": 98, "centering": 320}
+KERNELS = {"weldbead": 85, "plunge": 62, "locus": 94, "finishing": 89, "centering": 315}
 
 
 def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, int]:
@@ -46,7 +46,7 @@ def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, 
     --------
     >>> import sdpgrind
     >>> sdpgrind.warm("plunge")  # doctest: +SKIP
-    {'plunge': 60}
+    {'plunge': 62}
     """
     areas = [checks.one_of("area", area, HOMES)] if area is not None else list(HOMES)
     if progress is None:
