@@ -53,7 +53,7 @@ class LibrarySteps:
 
         As in C a step works on a copy of the state, which counts where its status is not below 0.
         """
-        count, take = len(rows), self.recipe.taker()
+        count, take = len(rows), _taker(self.recipe)
         states, codes = np.empty((count, self.fresh.size)), np.full(count, -1)
         outputs = np.zeros((count, len(self.recipe.outputs)))
         asked = zip(rows.tolist(), resets.tolist(), self.recipe.usable(rows).tolist(), strict=True)
@@ -69,6 +69,16 @@ class LibrarySteps:
             before = state
         self.state[:] = before
         return Answers(states, outputs, codes)
+
+
+def _taker(recipe: Recipe) -> Callable[[Floats, list[float], Floats], int]:
+    """Return `Recipe.take` for many rows of floats: the types of the constants are looked at once."""
+    if recipe.program is not None:
+        return recipe.take
+    law, after = recipe.law, recipe.after
+    row, out = [0.0] * len(recipe.inputs), np.zeros(len(recipe.outputs))
+    step = recipe.step.entry(recipe.state, *law, *row, *after, out)
+    return lambda state, row, out: int(step(state, *law, *row, *after, out))
 
 
 @dataclass
