@@ -71,7 +71,7 @@ class JointPath(Described):
     def pieces(self) -> Pieces:
         """Polynomials of the spline, in mm and rad or mm."""
         degree = min(DEGREE, self.length.size - 1)
-        spline = make_interp_spline(self.length, self.joints, k=degree)
+        spline = make_interp_spline(self.length, self.joints, k=degree, check_finite=False)
         breaks = np.unique(spline.t)
         polynomials = np.zeros((breaks.size - 1, DEGREE + 1, self.joints.shape[1]))
         for power in range(degree + 1):
