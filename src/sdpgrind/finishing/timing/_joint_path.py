@@ -72,7 +72,7 @@ class JointPath(Described):
         """Polynomials of the spline, in mm and rad or mm."""
         degree = min(DEGREE, self.length.size - 1)
         spline = make_interp_spline(self.length, self.joints, k=degree, check_finite=False)
-        breaks = np.unique(spline.t)
+        breaks = spline.t[degree:-degree]  # the end knots are there degree times more
         polynomials = np.zeros((breaks.size - 1, DEGREE + 1, self.joints.shape[1]))
         for power in range(degree + 1):
             polynomials[:, power] = spline(breaks[:-1], power) / factorial(power)
