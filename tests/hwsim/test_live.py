@@ -96,8 +96,8 @@ def test_where_nothing_is_late_the_numbers_are_those_of_a_simulation(period):
 
 @pytest.fixture(scope="module")
 def ground():
-    """Log of a part that was ground live, in 2.7 s, and the period of its controller."""
-    problem = plunge.preset("simulation").replace(stock=0.01)
+    """Log of a part that was ground live, in 1.1 s, and the period of its controller."""
+    problem = plunge.preset("simulation").replace(stock=0.002)
     grinder, controller = hwsim.PlungeGrinder(problem), plunge.CycleController(problem)
     safe = hwsim.Live(safe={"retract": 1.0}, deadline=1.0)
     return hwsim.run(grinder, controller, live=safe), controller.period
