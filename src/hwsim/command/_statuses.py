@@ -51,7 +51,7 @@ def _send_again(ignored: "sys.UnraisableHookArgs") -> None:
 
 
 def _signal_main_thread(number: int) -> None:
-    """Send the main thread a signal that ends its wait; `_thread.interrupt_main` is heard after the wait only."""
+    """Send the main thread a signal that ends its wait; `_thread.interrupt_main` is heard only after it."""
     if sys.platform == "win32":  # signals there are of the whole process
         signal.raise_signal(number)
         return
