@@ -328,7 +328,9 @@ def reach(kkt, n, m, h, hidden, t, lattice):
         _copied(lattice[k], point)
         _evaluate(kkt, n, h, point, hidden, t, work, d)
         worst[k] = _excess(d, m)
-    for k in np.argsort(worst)[:STARTS]:
+    for _ in range(min(STARTS, worst.size)):
+        k = _least_of(worst)
+        worst[k] = np.nan  # tried
         _copied(lattice[k], point)
         if _gone_inside(kkt, n, m, h, hidden, t, point, work, d):
             return point[:n].copy()
