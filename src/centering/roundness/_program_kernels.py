@@ -24,17 +24,21 @@ def program(height, slope, box, outer, inner, rows):
     start(height, slope, outer, inner, rows)
     matrix, limits, cost = np.zeros((6, 6)), np.zeros(6), np.zeros(6)
     cost[4], cost[5] = outer, -inner
-    entering = np.zeros(6)
+    entering, inverse, shares = np.zeros(6), np.zeros((6, 6)), np.zeros(6)
+    unknown, prices = np.zeros(6), np.zeros(6)
     for k in range(6):
         limits[k] = _row(rows[k], height, slope, box, matrix[k])
     for _ in range(_STEPS):
-        inverse = np.linalg.inv(matrix)
-        unknown, prices = inverse @ limits, inverse.T @ cost
+        if not _inverted(matrix, inverse):
+            break
+        _times(inverse, limits, unknown)
+        _times(inverse.T, cost, prices)
         enters, violated = _violated(height, slope, box, outer, inner, unknown)
         if violated <= _VIOLATED * max(1.0, box) or _holds(rows, enters):
             return unknown, prices, True
         limit = _row(enters, height, slope, box, entering)
-        leaves = _leaving(inverse.T @ entering, prices)
+        _times(inverse.T, entering, shares)
+        leaves = _leaving(shares, prices)
         if leaves < 0:
             break
         rows[leaves], limits[leaves] = enters, limit
@@ -46,13 +50,63 @@ def program(height, slope, box, outer, inner, rows):
 @compiled
 def _holds(rows, enters):
     """Whether the row to enter is one of the six: what it is violated by is rounding."""
-    return np.any(rows == enters)
+    found = False
+    for row in rows:
+        found |= row == enters
+    return found
+
+
+@compiled
+def _times(matrix, vector, product):
+    """Write matrix @ vector: the operator itself, and `np.linalg.inv`, compile for a second and a half."""
+    for k in range(6):
+        product[k] = 0.0
+        for j in range(6):
+            product[k] += matrix[k, j] * vector[j]
+
+
+@compiled
+def _inverted(matrix, inverse):
+    """Write the inverse, by Gauss-Jordan elimination with pivots from rows; return whether there is one."""
+    left = np.empty((6, 6))
+    for k in range(6):
+        for j in range(6):
+            left[k, j], inverse[k, j] = matrix[k, j], 1.0 if k == j else 0.0
+    for k in range(6):
+        pivot = k
+        for i in range(k + 1, 6):
+            if abs(left[i, k]) > abs(left[pivot, k]):
+                pivot = i
+        if left[pivot, k] == 0.0:
+            return False
+        for j in range(6):
+            left[k, j], left[pivot, j] = left[pivot, j], left[k, j]
+            inverse[k, j], inverse[pivot, j] = inverse[pivot, j], inverse[k, j]
+        _cleared(left, inverse, k)
+    return True
+
+
+@compiled
+def _cleared(left, inverse, k):
+    """Divide row k by its pivot, and take it from all others."""
+    scale = 1.0 / left[k, k]
+    for j in range(6):
+        left[k, j] *= scale
+        inverse[k, j] *= scale
+    for i in range(6):
+        factor = left[i, k]
+        for j in range(6 if i != k and factor != 0.0 else 0):
+            left[i, j] -= factor * left[k, j]
+            inverse[i, j] -= factor * inverse[k, j]
 
 
 @compiled
 def start(height, slope, outer, inner, rows):
     """Six rows whose prices are >= 0: highest and lowest point, and the walls that face their difference."""
-    n, high, low = height.size, np.argmax(height), np.argmin(height)
+    n, high, low = height.size, 0, 0
+    for k in range(n):
+        high = k if height[k] > height[high] else high
+        low = k if height[k] < height[low] else low
     for k in range(4):
         pull = outer * slope[high, k] - inner * slope[low, k]
         rows[k] = 2 * n + 2 * k + (0 if pull >= 0.0 else 1)
