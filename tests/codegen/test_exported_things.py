@@ -110,11 +110,13 @@ def test_a_saved_policy_by_the_command(tmp_path, policy, capsys):
     assert "bead.h, bead.c" in capsys.readouterr().out
     again = sdpgrind.export(policy, tmp_path / "other", name="bead")
     assert (again.path / "bead.c").read_bytes() == (tmp_path / "bead" / "bead.c").read_bytes()
-    less = ["--precision", "float32", "--lost-max", "0.01", "--outputs", "duration,feed_rate,normal_force"]
+    asked = "duration,feed_rate,normal_force,value"
+    less = ["--precision", "float32", "--lost-max", "0.01", "--outputs", asked]
     assert cli.main(["export", str(tmp_path / "bead.nc"), str(tmp_path / "less"), *less]) == 0
     told = json.loads((tmp_path / "less" / "manifest.json").read_text())
     assert told["precision"] == "float32" and 0.0 <= told["lost"]["all_stages"] <= 0.01
-    assert "gap" not in {one["name"] for one in told["outputs"]}
+    names = {one["name"] for one in told["outputs"]}
+    assert "value" in names and "gap" not in names
 
 
 def test_what_no_command_exports_is_told(tmp_path, capsys):

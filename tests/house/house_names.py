@@ -89,6 +89,7 @@ class Public(NamedTuple):
         return [name for name in list(names)[skip:] if not name.startswith("_")]
 
 
+@cache
 def package(name: str) -> Any:
     """Import a package, or the module that is exported under a name (`sdpgrind.units`)."""
     try:

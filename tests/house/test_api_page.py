@@ -3,6 +3,7 @@
 import importlib.util
 import inspect
 import re
+from functools import cache
 
 import pytest
 from house_names import PACKAGES, ROOT, package
@@ -15,6 +16,7 @@ LINK = re.compile(r":doc:`(?:[^`<]*<)?/?([\w./]+)>?`")
 ENTRY = re.compile(r"^   ([\w./*]+)$", re.MULTILINE)
 
 
+@cache
 def public():
     """Every public thing that is no package, by the packages that show it and its name."""
     return {

@@ -70,6 +70,7 @@ def imports_in(parsed):
     return found
 
 
+@cache
 def home(name):
     """The package of the arrows that a dotted name belongs to."""
     parts = name.split(".")

@@ -10,10 +10,19 @@ import pytest
 import sdpgrind
 from hwsim.cli import main
 from sdpgrind import sdp
+from sdpgrind.codegen._files import vectors
 
 
 def removed(state, control):
     return sdp.LogNormal(0.0004 * control.strokes, 0.2 * 0.0004 * control.strokes)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def briefly():
+    """Exports with 2 of the 64 digests of the self-test's long run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vectors, "BLOCKS", 2)
+        yield
 
 
 @pytest.fixture(scope="module")

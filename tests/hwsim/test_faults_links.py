@@ -148,7 +148,7 @@ def test_nothing_is_learned_from_a_part_without_power(tmp_path):
         def after(self, outcome):
             raise AssertionError("a part without power tells nothing")
 
-    plant = faults.PowerLoss(Worn(), at=0.5)
+    plant = faults.PowerLoss(Worn(), at=0.1)
     hwsim.run(plant, Steady(), parts=2, adapt=Counts())
     hwsim.run(plant, Steady(), parts=2, adapt=Counts(), live=hwsim.Live(safe={"speed": 0.0}, deadline=0.5))
     assert Counts.seen == 0

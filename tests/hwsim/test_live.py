@@ -96,8 +96,8 @@ def test_where_nothing_is_late_the_numbers_are_those_of_a_simulation(period):
 
 @pytest.fixture(scope="module")
 def ground():
-    """Log of a part that was ground live, in 2.7 s, and the period of its controller."""
-    problem = plunge.preset("simulation").replace(stock=0.01)
+    """Log of a part that was ground live, in 1.1 s, and the period of its controller."""
+    problem = plunge.preset("simulation").replace(stock=0.002)
     grinder, controller = hwsim.PlungeGrinder(problem), plunge.CycleController(problem)
     safe = hwsim.Live(safe={"retract": 1.0}, deadline=1.0)
     return hwsim.run(grinder, controller, live=safe), controller.period
@@ -210,7 +210,7 @@ def test_an_event_within_a_late_step_is_told_when_it_was():
 
 
 def test_a_wait_longer_than_the_deadline_is_no_hang():
-    log = hwsim.run(Tank(level=1.0, tick=0.01, alarm=-1.0), Drain(1.0), live=live(deadline=0.3))
+    log = hwsim.run(Tank(level=0.7, tick=0.01, alarm=-1.0), Drain(1.0), live=live(deadline=0.3))
     assert not log.outcome.aborted.any()
 
 

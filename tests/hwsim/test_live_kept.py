@@ -60,7 +60,7 @@ def test_only_an_aborted_part_is_replaced(tmp_path):
     from hwsim._log.journal import SecondWriterError
 
     path = tmp_path / "run.db"
-    log = hwsim.run(noisy_tank(), Named(lambda: None), rng=3, live=live(), journal=path)
+    log = hwsim.run(Tank(level=3.0, leak=0.5), Named(lambda: None), rng=3, live=live(), journal=path)
     with hwsim.Journal(path) as journal:
         (part,) = journal.read()
         with pytest.raises(SecondWriterError):

@@ -20,7 +20,7 @@ from hwsim.command._run_folder import RunFolder
 from sdpgrind import plunge
 
 pytestmark = pytest.mark.usefixtures("sketched", "nothing_collected")
-PROBLEM = plunge.preset("simulation").replace(stock=0.004)  # mm; a part of 1.6 s
+PROBLEM = plunge.preset("simulation").replace(stock=0.001)  # mm; a part of 0.7 s
 ANY = "opc.tcp://127.0.0.1:0"
 OPEN = ["--security", "none"]
 

@@ -3,6 +3,7 @@
 import contextlib
 import socket
 import threading
+import time
 
 import pytest
 from hypothesis import given
@@ -81,16 +82,27 @@ def attacked(server, begin, junk):
 
 
 def test_a_flood_is_cut_and_a_rightful_client_does_not_notice():
-    axis = Axis(length=3.0)
-    with hwsim.serve(axis, ANY, security="none") as server:
+    over, found = [], {}
+
+    class Through(Drive):
+        """Ends its part after the flood."""
+
+        def step(self, **measured):
+            return {"stop": 1.0} if over else super().step(**measured)
+
+        def __deepcopy__(self, memo):
+            return Through(period=self.period)
+
+    with hwsim.serve(Axis(length=60.0), ANY, security="none") as server:
         plant = hwsim.OpcuaPlant(server.url, security="none")
-        found = {}
 
         def run():
-            found["log"] = hwsim.run(plant, Drive(period=0.05), live=live(deadline=0.5))
+            found["log"] = hwsim.run(plant, Through(period=0.05), live=live(deadline=0.5))
 
         rightful = threading.Thread(target=run)
         rightful.start()
+        while server.state["part"] == 0 and rightful.is_alive():
+            time.sleep(0.01)
         chunk = message(b"MSG", b"\0" * 60_000, b"C")
         for begin, junk in [
             (hello(server.url), b"A" * 65536),
@@ -99,9 +111,11 @@ def test_a_flood_is_cut_and_a_rightful_client_does_not_notice():
             (b"", hello(server.url) * 100),
         ]:
             assert attacked(server, begin, junk) < 2 * 10**7  # what the sockets hold
+        over.append(True)
         rightful.join()
         plant.close()
-    assert found["log"].outcome.aborted.values.tolist() == [0.0]
+    outcome = found["log"].outcome
+    assert (outcome.aborted.values.tolist(), outcome.stopped.values.tolist()) == ([0.0], [1.0])
 
 
 def test_a_peer_that_is_gone_without_a_word_is_found_out():

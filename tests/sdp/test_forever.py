@@ -57,3 +57,13 @@ def test_a_policy_that_is_not_evaluated_to_the_end_is_not_believed(monkeypatch):
     swept, stepped = swept_and_evaluated(1e-4)
     np.testing.assert_array_equal(stepped, swept)
     assert np.all(swept == 1.0)
+
+
+def test_charges_of_stops_lie_in_memory_as_values_do():
+    """Kernels are compiled for the order of arrays: of another one, they would be compiled again."""
+    axis = sdp.Axis("x", 0.0, 1.0, 3, "mm", below=0.0)
+    wait = sdp.Move("wait", {}, sdp.Stay(), charge=1.0)
+    stops = [sdp.Stop("stop", lambda s: s.x**2)]  # the same in both modes
+    problem = sdp.Problem((axis,), (wait,), stops, sdp.Forever(), modes=("a", "b"))
+    found = StopCharges(problem, Grid.of(problem)).at(0, 0.0)
+    assert found.shape == (1, 2, 3) and found.flags.c_contiguous

@@ -1,6 +1,5 @@
 """Exit statuses of commands: one table from exceptions to statuses, one line of text for each."""
 
-import _thread
 import os
 import signal
 import sys
@@ -46,9 +45,19 @@ def _send_again(ignored: "sys.UnraisableHookArgs") -> None:
     if (number := sent.get(ignored.exc_type)) is None:
         sys.__unraisablehook__(ignored)
         return
-    again = threading.Timer(_CALLBACK, _thread.interrupt_main, (number,))
+    again = threading.Timer(_CALLBACK, _signal_main_thread, (number,))
     again.daemon = True
     again.start()
+
+
+def _signal_main_thread(number: int) -> None:
+    """Send the main thread a signal that ends its wait; `_thread.interrupt_main` is heard only after it."""
+    if sys.platform == "win32":  # signals there are of the whole process
+        signal.raise_signal(number)
+        return
+    main = threading.main_thread().ident
+    assert main is not None
+    signal.pthread_kill(main, number)
 
 
 def ignore_signals() -> None:

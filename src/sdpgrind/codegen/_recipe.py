@@ -201,6 +201,15 @@ class Recipe:
             self.program.solve(room)
         return int(self.program.finish(state, *self.law, room, out))
 
+    def taker(self) -> Callable[[Floats, Sequence[float], Floats], int]:
+        """Return `take` for many rows of floats: the types of the constants are looked at once."""
+        if self.program is not None:
+            return self.take
+        law, after = self.law, self.after
+        row, out = [0.0] * len(self.inputs), np.zeros(len(self.outputs))
+        step = self.step.entry(self.state, *law, *row, *after, out)
+        return lambda state, row, out: int(step(state, *law, *row, *after, out))
+
     @property
     def finite(self) -> tuple[bool, ...]:
         """Whether each input, in its unit (mm, s, N ...), must be a finite number."""

@@ -53,7 +53,7 @@ class LibrarySteps:
 
         As in C a step works on a copy of the state, which counts where its status is not below 0.
         """
-        count, take = len(rows), self.recipe.take
+        count, take = len(rows), self.recipe.taker()
         states, codes = np.empty((count, self.fresh.size)), np.full(count, -1)
         outputs = np.zeros((count, len(self.recipe.outputs)))
         asked = zip(rows.tolist(), resets.tolist(), self.recipe.usable(rows).tolist(), strict=True)

@@ -1,5 +1,6 @@
 """Tables of constants: their text in C, and their numbers as words of 64 bits."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,11 +39,18 @@ class ConstantTable:
     @property
     def text(self) -> str:
         """Definition in C, with a comment that tells the shape."""
-        cells = [_cell(one, self.element) for one in self.numbers] or ["0"]
+        cells = self._cells() or ["0"]
         rows = [", ".join(cells[k : k + _COLUMNS]) for k in range(0, len(cells), _COLUMNS)]
         body = ",\n    ".join(rows)
         about = comment(f"{self.about} ({' x '.join(map(str, self.array.shape))})")
         return f"{about}\nstatic const {self.element.c} {self.name}[{len(cells)}] = {{\n    {body}\n}};"
+
+    def _cells(self) -> list[str]:
+        """Return the entries; of short whole numbers, and floats of four bytes, with less to ask."""
+        if self.array.dtype in (np.int8, np.int16):
+            return [str(one) for one in self.numbers]
+        write = _single if self.element == FLOAT32 else _cell
+        return [write(one) for one in self.numbers]
 
     @property
     def words(self) -> Any:
@@ -54,10 +62,15 @@ class ConstantTable:
         return numbers.view(np.uint64)
 
 
-def _cell(number: Any, element: Scalar) -> str:
+def _cell(number: Any) -> str:
     """Return an entry of a table: what is no whole number in hexadecimal."""
-    if element == FLOAT32 and not np.isfinite(number):
-        return "NAN" if number != number else "INFINITY" if number > 0.0 else "-INFINITY"
-    if isinstance(number, bool | int) or not np.isfinite(number):
+    if isinstance(number, bool | int) or not math.isfinite(number):
         return literal(number).code
-    return repr(number) if float(number).is_integer() and abs(number) < _WHOLE else float(number).hex()
+    return repr(number) if number.is_integer() and abs(number) < _WHOLE else str(number.hex())
+
+
+def _single(number: float) -> str:
+    """Return an entry of a table of floats of four bytes."""
+    if math.isfinite(number):
+        return _cell(number)
+    return "NAN" if number != number else "INFINITY" if number > 0.0 else "-INFINITY"

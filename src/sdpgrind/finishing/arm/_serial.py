@@ -418,7 +418,7 @@ class SerialRobot(ByValue, Described):
         """Joints of all branches (m, 8, 6), and mm by which each pose is out of their reach (m, 8)."""
         form, given = self._inverse(), checked_poses(poses)
         turn = given[:, :3, :3]
-        off = np.abs(np.einsum("mji,mjk->mik", turn, turn) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        off = np.abs(turn.transpose(0, 2, 1) @ turn - np.eye(3)).max(axis=(1, 2), initial=0.0)
         for k in np.flatnonzero(off > CROOKED)[:1]:
             check_rigid(f"poses[{k}]", given[k])
         flange = given if self._bare else np.ascontiguousarray(given @ self._off_tool)

@@ -71,8 +71,8 @@ class JointPath(Described):
     def pieces(self) -> Pieces:
         """Polynomials of the spline, in mm and rad or mm."""
         degree = min(DEGREE, self.length.size - 1)
-        spline = make_interp_spline(self.length, self.joints, k=degree)
-        breaks = np.unique(spline.t)
+        spline = make_interp_spline(self.length, self.joints, k=degree, check_finite=False)
+        breaks = spline.t[degree:-degree]  # the end knots are there degree times more
         polynomials = np.zeros((breaks.size - 1, DEGREE + 1, self.joints.shape[1]))
         for power in range(degree + 1):
             polynomials[:, power] = spline(breaks[:-1], power) / factorial(power)

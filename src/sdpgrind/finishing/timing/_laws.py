@@ -12,7 +12,7 @@ from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._limits import JointLimits, LawError, LimitedRun, check_runs, each_feed
 from sdpgrind.finishing.timing._local_gap import local_gap
 from sdpgrind.finishing.timing._min_time import fastest_law
-from sdpgrind.finishing.timing._time_law import TimeLaw
+from sdpgrind.finishing.timing._time_law import TimeLaw, rated
 from sdpgrind.finishing.timing._toppra_law import ToppraError, toppra_law
 from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law, trapezoid_law
 from sdpgrind.finishing.timing._violations import closest, slowing
@@ -111,7 +111,7 @@ def _named(
     asked = run.span / feed
     if along is not None or method == "trapezoid":
         asked = Trapezoid(run.span, feed, along or ACCELERATION).duration
-    return law.replace(slowed=law.duration / asked)
+    return rated(law, asked)
 
 
 def _gap_of(given: LimitedRun, law: TimeLaw) -> float:

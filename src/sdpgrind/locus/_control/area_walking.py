@@ -268,9 +268,9 @@ def moved(slopes: Floats, error: Floats, known: Bools) -> Floats:
     """
     if not known.any():
         return np.zeros(slopes.shape[1])
-    move = np.linalg.lstsq(slopes[known], error[known], rcond=None)[0]
-    open_ = null_space(slopes[known])
-    if open_.size:
+    move, _, rank, _ = np.linalg.lstsq(slopes[known], error[known], rcond=None)
+    if rank < len(move):
+        open_ = null_space(slopes[known])
         others = np.where(np.isfinite(slopes[~known]), slopes[~known], 0.0)
         move = move - open_ @ np.linalg.lstsq(others @ open_, others @ move, rcond=None)[0]
     return np.asarray(move)

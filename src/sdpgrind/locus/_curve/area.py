@@ -2,7 +2,7 @@
 
 import itertools
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, Self, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -16,7 +16,10 @@ from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.system import System, system_of
 from sdpgrind.locus._trace.grid import TraceGrid
 from sdpgrind.locus._trace.pieces import ends_of, kind_of
-from sdpgrind.locus._trace.trace import Tracer, TraceRun
+from sdpgrind.locus._trace.trace import ROUNDING, Ints, Tracer, TraceRun
+
+Front: TypeAlias = tuple[Floats, Floats, Ints]
+"""Scaled hidden states, the optimum there, and its set."""
 
 
 class Area(Plan):
@@ -93,7 +96,7 @@ class Area(Plan):
 
     def _at(self, x: Floats, clamped: bool = False) -> Point:
         place = self.system.scaled(x, self.system.n)
-        found = [end for corner in self._corners(place) if (end := self._followed(corner, place)) is not None]
+        found = self._ends(place)
         if not found:
             given = ", ".join(
                 f"{name} = {value:g}" for name, value in zip(self.problem.hidden_names, x, strict=True)
@@ -111,24 +114,35 @@ class Area(Plan):
         around = (tuple(low + step) for step in itertools.product((0, 1), repeat=len(place)))
         return [corner for corner in around if self.known[corner]]
 
-    def _followed(self, corner: tuple[int, ...], place: Floats) -> TraceRun | None:
-        """Follow from a grid node to a place, one hidden state after the other; None: the branch ends."""
-        point, held = self.grid.points[corner].copy(), self.grid.held[corner]
-        hidden = self._places[list(corner)].copy()
-        run = TraceRun(point[None], np.eye(1, len(point), len(point) - 1), held, end=("range", 0))
+    def _ends(self, place: Floats) -> list[TraceRun]:
+        """Follow from the nodes around a place to it, one hidden state after the other.
+
+        Branches that end are left out; those that meet in one point go on as one.
+        """
+        front = [
+            (self._places[list(corner)], self.grid.points[corner], self.grid.held[corner])
+            for corner in self._corners(place)
+        ]
         for t in (*range(1, len(place)), 0):
-            point[-1] = hidden[t]
-            low, high = sorted((hidden[t], place[t]))
-            if high > low:
-                run = Tracer(self.system, hidden, t).follow(
-                    point, held, np.sign(place[t] - hidden[t]), low, high
-                )[-1]
-                if run.end[0] != "range":
-                    return None
-                point, held = run.nodes[-1].copy(), run.held
-            hidden[t] = place[t]
-        point[-1] = place[0]
-        return TraceRun(point[None], np.eye(1, len(point), len(point) - 1), held)
+            met: list[Front] = []
+            for hidden, point, held in front:
+                there = self._followed(hidden, point, held, t, place[t])
+                if there is not None and not any(_same(there, other) for other in met):
+                    met.append(there)
+            front = met
+        return [
+            TraceRun(point[None], np.eye(1, len(point), len(point) - 1), held) for _, point, held in front
+        ]
+
+    def _followed(self, hidden: Floats, point: Floats, held: Ints, t: int, end: float) -> Front | None:
+        """Follow a point of the hidden states to an end of the t-th; None: the branch ends before."""
+        since, point, there = hidden[t], point.copy(), hidden.copy()
+        point[-1], there[t] = since, end
+        if since == end:
+            return there, point, held
+        low, high = sorted((since, end))
+        run = Tracer(self.system, hidden, t).follow(point, held, np.sign(end - since), low, high)[-1]
+        return (there, run.nodes[-1], run.held) if run.end[0] == "range" else None
 
     def retrieve(self, **measured: float) -> Point:
         """Return the optimum for hidden states inverted from responses measured at any controls.
@@ -196,3 +210,12 @@ class Area(Plan):
 
     def _told(self) -> str:
         return self.status
+
+
+def _same(one: Front, other: Front) -> bool:
+    """Return whether two optima of the same hidden states are one; both are exact to rounding."""
+    return (
+        one[0].tolist() == other[0].tolist()
+        and one[2].tolist() == other[2].tolist()
+        and bool(np.abs(one[1] - other[1]).max() < ROUNDING)
+    )

@@ -169,8 +169,7 @@ class System:
         """Return the values of scaled places (..., k); inverse of `scaled`."""
         q = np.asarray(places, dtype=float)
         low, high, logarithmic = self._ends(q, first)
-        safe = np.where(logarithmic, low, 1.0)
-        grown = low * (np.where(logarithmic, high, 1.0) / safe) ** q
+        grown = low * self._ratio[first : first + q.shape[-1]] ** q
         values: Floats = np.where(logarithmic, grown, low + q * (high - low))
         return values
 
@@ -190,10 +189,13 @@ class System:
     @cached_property
     def _growth(self) -> Floats:
         """Logarithm of greatest over least value; 0 for linear scales."""
-        growth: Floats = np.log(
-            np.where(self.logarithmic, self.high, 1.0) / np.where(self.logarithmic, self.low, 1.0)
-        )
+        growth: Floats = np.log(self._ratio)
         return growth
+
+    @cached_property
+    def _ratio(self) -> Floats:
+        """Greatest over least value; 1 for linear scales."""
+        return np.where(self.logarithmic, self.high, 1.0) / np.where(self.logarithmic, self.low, 1.0)
 
     def lattice(self, places: int) -> Floats:
         """Return a scaled lattice (k, n + h) over controls and hidden states."""

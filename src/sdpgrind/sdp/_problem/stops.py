@@ -65,7 +65,7 @@ class StopCharges:
     def _evaluate(self, stop: Stop, s: Any) -> Floats:
         return np.broadcast_to(
             charge_of(self.problem, stop, s), (len(self.problem.modes), self.grid.size)
-        ).astype(float)
+        ).astype(float, order="C")  # as values are: kernels are compiled for the order of their arrays
 
     def _levels(self) -> Floats:
         modes = np.arange(len(self.problem.modes))
