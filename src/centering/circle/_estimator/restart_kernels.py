@@ -6,7 +6,7 @@ from centering.circle._estimator import slots as at
 from centering.circle._estimator.kernels import _cover, _remember, _signed_step, _write_row
 from centering.circle._estimator.move_kernels import _move_by
 from centering.circle._estimator.noise_kernels import _arrays, _copy, _known_quantile
-from centering.circle._estimator.start_kernels import _replay, _ring, clear, end_start
+from centering.circle._estimator.start_kernels import _end_start, _replay, _ring, clear
 from centering.circle._estimator.validity_kernels import holds_axis, judge
 from sdpgrind.base.compiling.compiled import compiled
 
@@ -14,7 +14,7 @@ _OWN_NOISE = 0.1  # chosen: largest root share of noise in the information on th
 
 
 @compiled(error_model="numpy")
-def restart(state, shifted):
+def _restart(state, shifted):
     """Restart from the readings since the move, with the known radius.
 
     The move is the reading from which most are refused or, with `shifted`, from which a move explains them
@@ -24,7 +24,7 @@ def restart(state, shifted):
     _write_evidence(state, shifted, evidence)
     if state[at.SEEN] > 2.0 * at.RING:
         _go_back(state)
-        carry_radius(state)
+        _carry_radius(state)
     latest = np.empty((at.RING, at.CELL))
     length = _since_moved(state, evidence, latest)
     way = state[at.TRAVEL]
@@ -37,7 +37,7 @@ def restart(state, shifted):
         _again(state, latest[i], latest[max(i - 1, 0)])
     state[at.INDEX] = number
     if state[at.SEEN] == at.RING:
-        end_start(state)
+        _end_start(state)
     else:
         for i in range(at.RING):
             evidence[i] = 1.0  # all readings are taken alike
@@ -100,6 +100,12 @@ def _go_back(state):
 
 @compiled(error_model="numpy")
 def carry_radius(state):
+    """`_carry_radius`, open to Python."""
+    _carry_radius(state)
+
+
+@compiled(error_model="numpy")
+def _carry_radius(state):
     """Keep radius and noise as prior knowledge."""
     judge(state, 0.0)
     # with the quantile: a radius from few readings is less certain than one from known noise

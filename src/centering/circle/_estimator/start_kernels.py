@@ -111,7 +111,7 @@ def _is_far(state, cell):
 
 
 @compiled(error_model="numpy")
-def end_start(state):
+def _end_start(state):
     """Screen the first readings once the arc exceeds GATE_FROM: rows of a spindle at rest fit any reading."""
     state = uncounted(state)
     cells, room = _ring(state), np.empty(at.RING)

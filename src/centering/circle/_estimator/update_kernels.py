@@ -3,8 +3,8 @@
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.kernels import COMPLETE, MOVED, SHIFTED, TAKEN, _take
 from centering.circle._estimator.noise_kernels import _arrays
-from centering.circle._estimator.restart_kernels import restart
-from centering.circle._estimator.start_kernels import end_start
+from centering.circle._estimator.restart_kernels import _restart
+from centering.circle._estimator.start_kernels import _end_start
 from centering.circle._estimator.validity_kernels import judge
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.base.compiling.uncounted import uncounted
@@ -24,9 +24,9 @@ def update_step(state, angle, reading):
 def _follow(state, code):
     """Screen the first readings once there are enough, or restart after a move."""
     if code == COMPLETE:
-        end_start(state)
+        _end_start(state)
     elif code >= MOVED:  # by the number of refused readings, or as a whole
-        restart(state, code == SHIFTED)
+        _restart(state, code == SHIFTED)
 
 
 @compiled(error_model="numpy")

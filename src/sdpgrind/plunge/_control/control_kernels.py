@@ -3,9 +3,9 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._control.cycle_kernels import advance_axis, cycle_step, estimate, start_cycle
+from sdpgrind.plunge._control.cycle_kernels import _advance_axis, _start_cycle, cycle_step, estimate
 from sdpgrind.plunge._control.filter_state import FILTER
-from sdpgrind.plunge._control.sections_kernels import section_step
+from sdpgrind.plunge._control.sections_kernels import _section_step
 from sdpgrind.plunge._control.state import (
     BALANCED,
     COMMAND,
@@ -37,7 +37,7 @@ def start_control(state, parameters):
     state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.K0
     state[SIZE], state[SCALE], state[SHARPNESS] = np.nan, 1.0, 1.0
     if law.form == ENVELOPE:
-        start_cycle(state, state[FILTERED:].view(FILTER)[0], law)
+        _start_cycle(state, state[FILTERED:].view(FILTER)[0], law)
 
 
 @compiled(error_model="numpy")
@@ -46,19 +46,19 @@ def control_step(state, parameters, size, power):
     law = parameters.view(LAW)[0]
     if law.form == ENVELOPE:
         filtered = state[FILTERED:].view(FILTER)[0]
-        advance_axis(state, filtered, law)
+        _advance_axis(state, filtered, law)
         state[COMMAND] = cycle_step(state, filtered, law, size, power, _usable(state, law, size))
     else:
-        state[COMMAND] = section_step(state, law, size, _usable(state, law, size))
+        state[COMMAND] = _section_step(state, law, size, _usable(state, law, size))
     return state[COMMAND]
 
 
 @compiled(error_model="numpy")
-def follow_step(state, parameters, size, power, command):
+def _follow_step(state, parameters, size, power, command):
     """Update the estimates by size (mm) and power (W), NaN: no reading; the command (mm/s) was given."""
     law = parameters.view(LAW)[0]
     filtered = state[FILTERED:].view(FILTER)[0]
-    advance_axis(state, filtered, law)
+    _advance_axis(state, filtered, law)
     estimate(state, filtered, law, size, power, _usable(state, law, size))
     state[COMMAND] = command
 

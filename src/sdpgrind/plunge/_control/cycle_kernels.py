@@ -4,7 +4,7 @@ import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control.envelope_kernels import keeps_reserve, safe_position
-from sdpgrind.plunge._control.filter_kernels import deflected, predict, read_power, read_size
+from sdpgrind.plunge._control.filter_kernels import _read_size, deflected, predict, read_power
 from sdpgrind.plunge._control.filter_state import GAIN, SHOWN, WEAR, Q
 from sdpgrind.plunge._control.filter_state import LOAD as C
 from sdpgrind.plunge._control.filter_state import SHARPNESS as A
@@ -47,7 +47,7 @@ WAIT = 1.004  # chosen: rate at the end over the final rate; a smaller value wai
 
 
 @compiled(error_model="numpy")
-def start_cycle(state, s, law):
+def _start_cycle(state, s, law):
     """Reset axis and filter for the next part."""
     state[TOUCHED] = NO if law.online else YES  # without estimation the wheel touches where it should
     s.queue[:] = 0.0
@@ -75,7 +75,7 @@ def moved(trail, u, duration, lag):
 
 
 @compiled(error_model="numpy")
-def advance_axis(state, s, law):
+def _advance_axis(state, s, law):
     """Send the last command; move the axis by the one that is due; predict the part."""
     u, dt, delay = state[COMMAND], law.sample_time, int(law.feed_delay)
     state[COMMANDED] += u * dt
@@ -115,7 +115,7 @@ def in_air(state, s, law, size, power):
     if known and power > TOUCHING * law.power_sd * (watts * law.K0 + law.idle_power):
         state[TOUCHED] = YES
         noise = law.power_sd * (max(power / watts, law.K0) + law.idle_power / watts)
-        touch_by_power(s, law, power / watts, noise, power)
+        _touch_by_power(s, law, power / watts, noise, power)
     elif not known and s.axis > 0.0 and state[UNPOWERED] >= MISSED_MAX:
         state[TOUCHED] = BELIEVED
 
@@ -138,7 +138,7 @@ def _grown(state, law, size):
 
 
 @compiled(error_model="numpy")
-def touch_by_power(s, law, x, noise, power):
+def _touch_by_power(s, law, x, noise, power):
     """Set the contact by a deflection x of the model and its noise (mm), which a power (W) shows."""
     late = law.sample_time + law.feed_lag + 2.0 * law.power_lag
     lagged = law.rate_max * late if law.feed_lag + law.power_lag > 0.0 else 0.0
@@ -160,7 +160,7 @@ def observe(state, s, law, size):
 
 
 @compiled(error_model="numpy")
-def read_all(state, s, law, size, power, usable):
+def _read_all(state, s, law, size, power, usable):
     """Correct the estimates by size (mm) and power (W), NaN: no reading."""
     if not law.online:
         if usable:
@@ -173,7 +173,7 @@ def read_all(state, s, law, size, power, usable):
         in_air(state, s, law, size if usable else np.nan, power)
     else:
         if usable:
-            read_size(s, law, size)
+            _read_size(s, law, size)
         if power > 0.0:
             read_power(s, law, power, s.axis)
 
@@ -200,7 +200,7 @@ def at_size(state, s, law, waits):
 @compiled(error_model="numpy")
 def estimate(state, s, law, size, power, usable):
     """Update the estimates by size (mm) and power (W), NaN: no reading; return the wheel as it is now."""
-    read_all(state, s, law, size, power - law.idle_power, usable)
+    _read_all(state, s, law, size, power - law.idle_power, usable)
     x, core = deflected(s, s.axis), _worn(law, s.mean[A])
     s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, core)
     state[RATE], state[REMAINING], state[BALANCED] = s.rate, law.stock - s.mean[Q], 0.0

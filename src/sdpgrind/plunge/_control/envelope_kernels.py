@@ -26,7 +26,7 @@ SLOWER = 0.01  # chosen: else least of them over that, where no rate is the cool
 
 
 @compiled(error_model="numpy")
-def variance_of_row(s):
+def _variance_of_row(s):
     """Variance of the sum of the estimates times `row`, of all but those of the power monitor."""
     variance = 0.0
     for i in range(GAIN):
@@ -86,7 +86,7 @@ def _depth_doubt(s):
 
 
 @compiled(error_model="numpy")
-def quantile_depth(s, law, doubt, core, v, root, w):
+def _quantile_depth(s, law, doubt, core, v, root, w):
     """Depth of damage (mm) that is exceeded with the chance allowed, by the wheel `core`.
 
     The rate v (mm/s) comes with its powers, root = v^(1/4) and w = v^p.
@@ -108,30 +108,30 @@ def quantile_depth(s, law, doubt, core, v, root, w):
 
 
 @compiled(error_model="numpy")
-def worn_until(s, law, remaining):
+def _worn_until(s, law, remaining):
     """Wheel at a remaining stock, mm: the wear flat area grows by the model until then."""
     ahead = max(law.stock - max(remaining, 0.0) - s.mean[Q], 0.0)
     return _worn(law, s.mean[SHARPNESS] + law.growth * ahead)
 
 
 @compiled(error_model="numpy")
-def depth_ahead(s, law, doubt, v, root, w):
+def _depth_ahead(s, law, doubt, v, root, w):
     """Depth of damage (mm) at a rate with its powers, by the wheel as it will be where the stock is as deep.
 
     If the wear flat area grows, the wheel of now gives too small a depth, as a duller one burns deeper. The
     growth until the stock is that small is then too great, and so is the depth returned: an error on the safe
     side, as is that of a margin, which leaves more stock.
     """
-    depth = quantile_depth(s, law, doubt, worn_until(s, law, law.stock), v, root, w)
+    depth = _quantile_depth(s, law, doubt, _worn_until(s, law, law.stock), v, root, w)
     if law.growth > 0.0:
-        depth = quantile_depth(s, law, doubt, worn_until(s, law, depth), v, root, w)
+        depth = _quantile_depth(s, law, doubt, _worn_until(s, law, depth), v, root, w)
     return depth
 
 
 @compiled(error_model="numpy")
 def _position(s, law, remaining, v, w):
     """Commanded position (mm) that leaves a stock (mm) at a rate (mm/s), w = v^p, if no more is commanded."""
-    core, removed = worn_until(s, law, remaining), (1.0 + s.mean[WEAR]) * (law.stock - remaining)
+    core, removed = _worn_until(s, law, remaining), (1.0 + s.mean[WEAR]) * (law.stock - remaining)
     return removed + (core.K0 + core.K1 * v + core.K2 * w - s.mean[LOAD]) / s.mean[STIFFNESS]
 
 
@@ -159,12 +159,12 @@ def end_position(s, law, v):
     position = _position(s, law, 0.0, v, w)
     if not law.online:
         return position
-    core, stiff = worn_until(s, law, 0.0), s.mean[STIFFNESS]
+    core, stiff = _worn_until(s, law, 0.0), s.mean[STIFFNESS]
     by_area = law.K2 * w / stiff
     s.row[Q], s.row[LOAD], s.row[WEAR] = -law.growth * by_area, -1.0 / stiff, law.stock
     s.row[STIFFNESS] = (s.mean[LOAD] - core.K0 - core.K1 * v - core.K2 * w) / stiff**2
     s.row[SHARPNESS] = by_area
-    spread = np.sqrt(max(variance_of_row(s), 0.0))
+    spread = np.sqrt(max(_variance_of_row(s), 0.0))
     if keeps_reserve(law):
         return position - RESERVE * spread
     return position - max(SURE * spread - law.size_sd, 0.0)
@@ -182,7 +182,7 @@ def _rate_at(s, law, doubt, low, at_low, high, at_high, depth):
     less, more, last = depth - at_low, at_high - depth, 0
     v = low + (high - low) * less / (less + more)
     for _ in range(STEPS):
-        off = depth_ahead(s, law, doubt, v, np.sqrt(np.sqrt(v)), v**law.p) - depth
+        off = _depth_ahead(s, law, doubt, v, np.sqrt(np.sqrt(v)), v**law.p) - depth
         if off > 0.0:
             high, at_high, more = v, depth + off, off
             less *= 0.5 if last > 0 else 1.0
@@ -203,7 +203,7 @@ def _rate_at(s, law, doubt, low, at_low, high, at_high, depth):
 @compiled(error_model="numpy")
 def _coolest(s, law):
     """Rate (mm/s) of the least heat over that of burning, by the wheel at the end; slower is no safer."""
-    core = worn_until(s, law, 0.0)
+    core = _worn_until(s, law, 0.0)
     slopes = DeflectionLaw(3.0 * core.heat1, (4.0 * core.p - 1.0) * core.heat2, core.p)
     return _rate_near(core.heat0, law.coolest_rate, slopes)
 
@@ -213,7 +213,7 @@ def _slowest(s, law, doubt):
     """Least of the rates, mm/s: one that is safe at size, or the coolest."""
     coolest = _coolest(s, law)
     v = min(max(SLOWEST * law.final_rate, coolest), law.rate_max)
-    if depth_ahead(s, law, doubt, v, np.sqrt(np.sqrt(v)), v**law.p) <= 0.0:
+    if _depth_ahead(s, law, doubt, v, np.sqrt(np.sqrt(v)), v**law.p) <= 0.0:
         return v
     return max(coolest, SLOWER * v)
 
@@ -227,7 +227,7 @@ def _harmless(s, law, doubt, v, step, root_step, w_step):
     root, w, passed = np.sqrt(np.sqrt(v)), v**law.p, 0
     at, root_at, w_at = v, root, w
     for number in range(0, RATES, LEAP):
-        if depth_ahead(s, law, doubt, at, root_at, w_at) > 0.0:
+        if _depth_ahead(s, law, doubt, at, root_at, w_at) > 0.0:
             break
         v, root, w, passed = at, root_at, w_at, number
         for _ in range(LEAP):
@@ -250,7 +250,7 @@ def safe_position(s, law, ahead):
     passed, v, root, w = _harmless(s, law, doubt, v, step, root_step, w_step)
     last, before, end, least, saturated = v, np.inf, 0.0, np.inf, 0.0
     for _ in range(RATES - passed):
-        depth = depth_ahead(s, law, doubt, v, root, w)
+        depth = _depth_ahead(s, law, doubt, v, root, w)
         if depth > 0.0 and end <= 0.0:  # the greatest rate that is safe without stock
             saturated = 1.0 if before == np.inf else 0.0
             end = _rate_at(s, law, doubt, last, before, v, depth, 0.0)

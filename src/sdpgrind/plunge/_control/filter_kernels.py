@@ -77,7 +77,7 @@ def _spread(s, law, dt):
 
 
 @compiled(error_model="numpy")
-def read_size(s, law, size):
+def _read_size(s, law, size):
     """Correct by a size, mm."""
     for j in range(STATES):
         s.by_x[j] = 0.0

@@ -28,7 +28,7 @@ from sdpgrind.plunge._model.kernels import (
 
 
 @compiled(error_model="numpy")
-def section_step(state, law, size, usable):
+def _section_step(state, law, size, usable):
     """Update by a size (mm) that is usable or not; return the command rate (mm/s)."""
     core = _worn(law, 1.0)
     _predict(state, law, core)
