@@ -261,7 +261,8 @@ class Strategy(Plan):
     @cached_property
     def _pushes(self) -> tuple[Any, Floats]:
         """Where the friction scales of pushes lie among those of the tables."""
-        return push_cells(self.outcomes.grid, FRICTION_SCALES.size, self.belief.push_sd)  # type: ignore[no-any-return]
+        cells: tuple[Any, Floats] = push_cells(self.outcomes.grid, FRICTION_SCALES.size, self.belief.push_sd)
+        return cells
 
     @cached_property
     def _noise(self) -> float:

@@ -10,7 +10,7 @@ from scipy.special import roots_legendre
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
-from sdpgrind.sdp._distributions.law import Law, LocationScale, Size, amounts, checked_power
+from sdpgrind.sdp._distributions.law import Law, LocationScale, Size, WrappedLaw, amounts, checked_power
 from sdpgrind.sdp._distributions.normal import NORMAL_REACH, Normal, hermite, normal_density, normal_under
 
 
@@ -255,7 +255,7 @@ def _looked_up(v: Floats, table: PPoly) -> Floats:
     return np.where((v < low) | (v > high), 0.0, inside)
 
 
-class Empirical(Law):
+class Empirical(WrappedLaw):
     """Law with the shape of a sample, and a given mean and standard deviation.
 
     D = mean + sd U, U the sample standardised, smoothed by a normal kernel of sd `bandwidth`, and rescaled to
@@ -303,26 +303,6 @@ class Empirical(Law):
     def lost(self) -> Floats:
         """Probability that rectification moved to 0, unit 1; else 0."""
         return self._law.lost if isinstance(self._law, Rectified) else np.zeros(self.shape)
-
-    def under(self, y: npt.ArrayLike, power: int = 1) -> Floats:
-        """Return E((y - D)+)^power for power 1 and 2, P(D <= y) for power 0; unit of D to that power."""
-        return self._law.under(y, power)
-
-    def over(self, y: npt.ArrayLike, power: int = 1) -> Floats:
-        """Return E((D - y)+)^power for power 1 and 2, P(D > y) for power 0; unit of D to that power."""
-        return self._law.over(y, power)
-
-    @property
-    def support(self) -> tuple[Floats, Floats]:
-        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
-        return self._law.support
-
-    def sample(self, rng: Seed, size: Size | None = None) -> Floats:
-        """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
-        return self._law.sample(rng, size)
-
-    def _fine(self) -> tuple[Floats, Floats]:
-        return self._law._fine()
 
 
 def _standardised(sample: npt.ArrayLike) -> Floats:

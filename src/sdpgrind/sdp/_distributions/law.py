@@ -137,6 +137,32 @@ class LocationScale(Law):
         return placed
 
 
+class WrappedLaw(Law):
+    """A law that is another one, `_law`, made or evaluated in a way of its own."""
+
+    _law: Law
+
+    def under(self, y: npt.ArrayLike, power: int = 1) -> Floats:
+        """Return E((y - D)+)^power for power 1 and 2, P(D <= y) for power 0; unit of D to that power."""
+        return self._law.under(y, power)
+
+    def over(self, y: npt.ArrayLike, power: int = 1) -> Floats:
+        """Return E((D - y)+)^power for power 1 and 2, P(D > y) for power 0; unit of D to that power."""
+        return self._law.over(y, power)
+
+    @property
+    def support(self) -> tuple[Floats, Floats]:
+        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
+        return self._law.support
+
+    def sample(self, rng: Seed, size: Size | None = None) -> Floats:
+        """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
+        return self._law.sample(rng, size)
+
+    def _fine(self) -> tuple[Floats, Floats]:
+        return self._law._fine()
+
+
 def gauss_rule(points: Floats, weights: Floats, n: int) -> tuple[Floats, Floats]:
     """Return n-point Gauss rules of discrete measures (last axis), by Lanczos with reorthogonalisation."""
     centre = np.sum(points * weights, axis=-1, keepdims=True)

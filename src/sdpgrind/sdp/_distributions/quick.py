@@ -12,10 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.rng import Seed
 from sdpgrind.sdp._distributions import quick_kernels as _kernels
 from sdpgrind.sdp._distributions.empirical import Rectified
-from sdpgrind.sdp._distributions.law import Law, Size, checked_power
+from sdpgrind.sdp._distributions.law import Law, WrappedLaw, checked_power
 from sdpgrind.sdp._distributions.normal import HALF_PI, LogNormal, Normal, normal_density
 from sdpgrind.sdp._distributions.quick_kernels import UnitTable
 from sdpgrind.sdp._distributions.rayleigh import RAYLEIGH_SD, Rayleigh
@@ -58,7 +57,7 @@ def hats(law: Law, x: Floats, place: Floats) -> Floats:
     return np.broadcast_to(weight, (place.size - 2, *x.shape)).T.copy()
 
 
-class _Quick(Law):
+class _Quick(WrappedLaw):
     """A law ``location + scale U``, given as (location, scale)."""
 
     def __init__(self, law: Law, numbers: tuple[Floats, Floats], table: UnitTable) -> None:
@@ -68,24 +67,12 @@ class _Quick(Law):
     def under(self, y: npt.ArrayLike, power: int = 1) -> Floats:
         """Return E((y - D)+)^power for power 1 and 2, P(D <= y) for power 0; unit of D to that power."""
         known = self._looked_up(np.asarray(y, dtype=float), checked_power(power), over=False)
-        return self._law.under(y, power) if known is None else known
+        return super().under(y, power) if known is None else known
 
     def over(self, y: npt.ArrayLike, power: int = 1) -> Floats:
         """Return E((D - y)+)^power for power 1 and 2, P(D > y) for power 0; unit of D to that power."""
         known = self._looked_up(np.asarray(y, dtype=float), checked_power(power), over=True)
-        return self._law.over(y, power) if known is None else known
-
-    @property
-    def support(self) -> tuple[Floats, Floats]:
-        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
-        return self._law.support
-
-    def sample(self, rng: Seed, size: Size | None = None) -> Floats:
-        """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
-        return self._law.sample(rng, size)
-
-    def _fine(self) -> tuple[Floats, Floats]:
-        return self._law._fine()
+        return super().over(y, power) if known is None else known
 
     def hats(self, x: Floats, place: Floats) -> Floats:
         """Return what `hats` does."""
