@@ -20,8 +20,8 @@ WORN = MODEL.replace(wear=plunge.Wear(growth=(0.032 - 0.026) / 0.282))
 DRIFT = 2e-4
 """Stock (mm) kept where all is known: the filter lets the sharpness wander.
 
-Derived: 3.7 standard deviations of 1e-4 a sample over 340 samples are 0.7 % of the area, of which 1 % is
-0.3 um of damage at most. A sharpness that does not wander leaves 1e-6 mm.
+Derived: 3.7 standard deviations of 2.4e-3 a root of a mm over 0.282 mm are 0.5 % of the area, of which 1 %
+is 0.3 um of damage at most. A sharpness that does not wander leaves 1e-6 mm.
 """
 nan = math.nan
 

@@ -189,7 +189,7 @@ class Filter:
             return
         after, x, v = self.stepped(self.mean, before, middle)
         slopes = self.jacobian(self.mean, x, v)
-        drift = np.diag([2e-6, 0.0, 0.0, 1e-4, 0.0, 0.0, 0.0]) ** 2
+        drift = np.diag([1e-10, 0.0, 0.0, 6e-6 * v, 0.0, 0.0, 0.0]) * self.dt
         self.mean, self.covariance = after, slopes @ self.covariance @ slopes.T + drift
 
     def correct(self, off, row, variance):

@@ -18,7 +18,7 @@ from cycle_parts import (
     run,
     zero_at,
 )  # fmt: skip
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from plunge_inside import filter_state
 from plunge_inside import state as places
@@ -169,6 +169,7 @@ random_cycles = given(
 
 @settings(max_examples=40, deadline=None)
 @random_cycles
+@example(0.0625, 3.0, 0.25, 4000.0, 0.01171875, 0.00390625, 19.0, 0.0234375, "p_end")  # long at a low rate
 def test_the_bound_is_never_beaten(
     rate_max, B, stock, stiffness, area, roundness, rotation, margin, sparkout
 ):
@@ -198,6 +199,20 @@ def test_the_bound_is_never_beaten(
         )
         with_margin = plunge.plan(problem, safety_margin=controller.safety_margin).time
         assert out["time"] <= 1.01 * with_margin + 0.04
+
+
+def test_a_doubt_does_not_hang_on_how_often_one_looks():
+    """Most of the part is ground at a low constant rate; eight times the samples take as long, to two."""
+    soft = KNOWN.replace(
+        command_rate_max=0.0625, burning=physics.BurningLimit(6.205, 3.0), stock=0.25, stiffness=4000.0,
+        wear_flat_area=0.0117, roundness_max=3.9e-3, work_rotation=19.0, time_constant=None,
+    )  # fmt: skip
+    problems = [soft.replace(sample_time=sample) for sample in (0.04, 0.005)]
+    coarse, fine = (
+        became(plunge.CycleController(problem, safety_margin=0.0234, **EXACT), problem=problem)["time"]
+        for problem in problems
+    )
+    assert abs(fine - coarse) < 2 * 0.04
 
 
 @pytest.mark.parametrize("online", [True, False])
