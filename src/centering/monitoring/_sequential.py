@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from scipy.special import gammaln, ndtr, roots_genlaguerre, stdtrit
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quadrature import leggauss
 
 NODES = 48  # measured: nodes of the quadrature; twice as many change no run length below 1e6 by 1e-9
 _VARIANCES = 12  # measured: nodes over the learned variance; twice as many change the rate of alarms by 1e-4
@@ -146,7 +147,7 @@ def _run_length(stay: Floats) -> Floats:
 
 def _nodes(low: float, high: float) -> tuple[Floats, Floats]:
     """Nodes and weights of the quadrature over an interval."""
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    nodes, weights = leggauss(NODES)
     half = 0.5 * (high - low)
     return low + half * (nodes + 1), half * weights
 

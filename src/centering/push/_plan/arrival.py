@@ -14,6 +14,7 @@ from centering.push.turning._shooting import landing, ring_state
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quadrature import leggauss
 from sdpgrind.base.quantities import Described, array, custom, described
 
 _BEFORE = 0.05  # mm, chosen: run-up before planned first touch, so that a ring that lies nearer is met too
@@ -76,7 +77,7 @@ class Arrival(ByValue, Described):
         low, high = max(-r, n - _REACH * wide), min(r, n + _REACH * wide)
         if low >= high:
             return 0.0
-        v, weight = np.polynomial.legendre.leggauss(_NODES)
+        v, weight = leggauss(_NODES)
         v = 0.5 * (low + high) + 0.5 * (high - low) * v
         half = np.sqrt(np.maximum(r * r - v * v, 0.0))
         chord = ndtr((half - m) / narrow) - ndtr((-half - m) / narrow)

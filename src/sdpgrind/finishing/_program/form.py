@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing._program.course import RobotFrames
+from sdpgrind.finishing._program.turns import turns_of
 
 MM_PER_M = 1000.0  # derived
 LENGTH, ANGLE = 4, 7  # derived: decimals of mm and rad; at 1.4 m reach 5 decimals of rad give 7 um a joint
@@ -38,7 +39,9 @@ def shown_axes(values: Floats, units: Iterable[str]) -> list[str]:
 
 def told(values: Iterable[float], decimals: int) -> str:
     """Return numbers of fixed decimals, parted by commas; no minus before 0."""
-    return ", ".join(f"{value + 0.0:.{decimals}f}" for value in np.round(np.asarray(values), decimals))
+    scale = 10.0**decimals
+    numbers = np.asarray(values, dtype=float).tolist()
+    return ", ".join(f"{round(value * scale) / scale:.{decimals}f}" for value in numbers)
 
 
 def floored(value: float, decimals: int) -> str:
@@ -60,8 +63,7 @@ def turn_vectors(turns: Floats) -> Floats:
 
 def vectors_of(pose: Floats) -> tuple[Floats, Floats]:
     """Return position (3,), mm, and quaternion (4,), x y z w, of a rigid motion."""
-    turn: Floats = Rotation.from_matrix(pose[:3, :3]).as_quat()
-    return pose[:3, 3], turn
+    return pose[:3, 3], turns_of(pose[None])[0]
 
 
 def commented(lines: Iterable[str], mark: str) -> Iterator[str]:

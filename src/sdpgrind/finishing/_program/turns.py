@@ -7,8 +7,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.finishing._program.turn_kernels import quaternions
 
 LIFT = 20.0  # mm, chosen: start and end of a program above the work, clear of it and within reach
+ORTHONORMAL = 1e-12  # source: scipy, beyond which it takes the nearest rotation
 ALIKE = 1e-6  # rad, chosen: below it a straight line between quaternions is exact to rounding
 
 
@@ -38,8 +40,10 @@ def poses_of(points: Floats, turns: Floats) -> Floats:
 
 def turns_of(poses: Floats) -> Floats:
     """Return the quaternions (m, 4), x y z w, of poses (m, 4, 4)."""
-    out: Floats = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
-    return out
+    out = np.empty((len(poses), 4))
+    if quaternions(poses, ORTHONORMAL, out):
+        return out
+    return np.asarray(Rotation.from_matrix(poses[:, :3, :3]).as_quat())  # of the nearest rotations
 
 
 def angle_between(first: Floats, second: Floats) -> Floats:

@@ -2,11 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
 
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quadrature import leggauss
 from sdpgrind.finishing.path._arc_kernels import inverted, travelled
 from sdpgrind.finishing.path._samples import Ints
 
@@ -102,12 +105,18 @@ def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: i
 
 def _series(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int) -> Floats:
     """Legendre series of the speed over x in [-1, 1], mm."""
-    x, weights = legendre.leggauss(points)
-    terms = legendre.legvander(x, points - 1) * weights[:, None] * (np.arange(points) + 0.5)
+    x, terms = _rule(points)
     half = 0.5 * (last - first)
     t = 0.5 * (first + last)[:, None] + half[:, None] * x
     found = speed(np.repeat(piece, points), t.ravel()).reshape(t.shape)
     return np.asarray((found * half[:, None]) @ terms)
+
+
+@lru_cache
+def _rule(points: int) -> tuple[Floats, Floats]:
+    """Gauss points, and what turns values there into the terms of a Legendre series (points, points)."""
+    x, weights = leggauss(points)
+    return x, lasting(legendre.legvander(x, points - 1) * weights[:, None] * (np.arange(points) + 0.5))
 
 
 def _sorted(piece: Ints, first: Floats, last: Floats, series: Floats) -> ArcLength:

@@ -11,6 +11,7 @@ from sdpgrind.base.compiling.compiled import compiled
 
 # Around a node in two steps, in order: each with the next spans one of eight triangles.
 _NEIGHBOURS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
+_STEPS = _NEIGHBOURS.astype(float)  # derived: numbers that need no conversion
 _GRID = (1, 0, 0, 1)  # derived: steps of the grid itself, in nodes
 
 
@@ -150,7 +151,7 @@ def _first(e, f, g, steps, d, i, j):
     for k in range(8):
         near, other = other, _at(d, steps, i, j, k + 1, 1) if k < 7 else first
         if near < best:
-            a0, a1 = _NEIGHBOURS[k]
+            a0, a1 = _STEPS[k]
             found = near + np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1)
             if found < best:
                 best, triangle, edge = found, k, True
@@ -168,10 +169,10 @@ def _second(e, f, g, steps, d, i, j, first, k, edge):
     """Distance through the best triangle or edge, second order where the neighbours behind allow it."""
     wa, ra = _behind(e, f, g, steps, d, i, j, k)
     if edge:
-        a0, a1 = _NEIGHBOURS[k]
+        a0, a1 = _STEPS[k]
         found = (np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1) + ra) / wa
     else:
-        wb, rb = _behind(e, f, g, steps, d, i, j, (k + 1) % 8)
+        wb, rb = _behind(e, f, g, steps, d, i, j, (k + 1) & 7)
         found = _through(e, f, g, k, wa, ra, wb, rb)
     return found if found < np.inf else first
 
@@ -180,7 +181,7 @@ def _second(e, f, g, steps, d, i, j, first, k, edge):
 def _behind(e, f, g, steps, d, i, j, k):
     """Weight w and rest r of the slope w d - r from a neighbour: three nodes where d2 fits, else two."""
     near, far = _at(d, steps, i, j, k, 1), _at(d, steps, i, j, k, 2)
-    a0, a1 = _NEIGHBOURS[k]
+    a0, a1 = _STEPS[k]
     rise = near - far
     if 0.0 <= rise <= 3.0 * np.sqrt(e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1):
         return 1.5, 2.0 * near - 0.5 * far
@@ -209,8 +210,8 @@ def _through(e, f, g, k, wa, ra, wb, rb):
     s.N^-1.s = 1, with N the products of the steps in the metric. N^-1 s are the components of the direction
     in the steps.
     """
-    a0, a1 = _NEIGHBOURS[k]
-    b0, b1 = _NEIGHBOURS[(k + 1) % 8]
+    a0, a1 = _STEPS[k]
+    b0, b1 = _STEPS[(k + 1) & 7]
     aa = e * a0 * a0 + 2.0 * f * a0 * a1 + g * a1 * a1
     ab = e * a0 * b0 + f * (a0 * b1 + a1 * b0) + g * a1 * b1
     bb = e * b0 * b0 + 2.0 * f * b0 * b1 + g * b1 * b1

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quadrature import leggauss
 from sdpgrind.finishing.surface import _forms as forms
 from sdpgrind.finishing.surface._derivatives import Differentiable
 
@@ -38,6 +39,6 @@ def _by_gauss(surface: Differentiable, points: int) -> float:
 
 def gauss(ends: Floats, points: int) -> tuple[Floats, Floats]:
     """Nodes and weights of Gauss's rule with `points` in each interval between neighbouring `ends`."""
-    x, weight = np.polynomial.legendre.leggauss(points)
+    x, weight = leggauss(points)
     half = 0.5 * np.diff(ends)[:, None]
     return (ends[:-1, None] + half * (1.0 + x)).ravel(), (half * weight).ravel()

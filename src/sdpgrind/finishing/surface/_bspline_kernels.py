@@ -56,6 +56,16 @@ def _divide_by_weight(flat):
 
 
 @compiled(error_model="numpy")
+def divide(flat, out):
+    """Apply the quotient rule to sums `flat` (6, m, 4), changed in place, and write Q to Qvv (6, m, 3)."""
+    for k in range(flat.shape[1]):
+        _divide_by_weight(flat[:, k])
+        for d in range(6):
+            for c in range(3):
+                out[d, k, c] = flat[d, k, c]
+
+
+@compiled(error_model="numpy")
 def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
     """Write Q, Qu, Qv, Quu, Quv, Qvv at each (u, v) into `out` (6, m, 3).
 

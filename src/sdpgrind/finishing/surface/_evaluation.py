@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface._bspline_kernels import evaluate, evaluate_points
+from sdpgrind.finishing.surface._bspline_kernels import divide, evaluate, evaluate_points
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 
 # derived: derivatives by u and v, in the order of `SurfaceDerivatives`
@@ -115,12 +115,7 @@ def bases(knots: Floats, degree: int, x: Floats, count: int = 3) -> list[Floats]
 
 
 def _divided(flat: Floats) -> Floats:
-    """Quotient rule: (w Q, w) with its derivatives becomes Q with its own."""
-    (a, au, av, auu, auv, avv), weights = flat[..., :3], flat[..., 3:]
-    w, wu, wv, wuu, wuv, wvv = weights
-    q = a / w
-    qu, qv = (au - wu * q) / w, (av - wv * q) / w
-    quu = (auu - 2.0 * wu * qu - wuu * q) / w
-    quv = (auv - wu * qv - wv * qu - wuv * q) / w
-    qvv = (avv - 2.0 * wv * qv - wvv * q) / w
-    return np.stack([q, qu, qv, quu, quv, qvv])
+    """Quotient rule: (w Q, w) with its derivatives, (6, ..., 4), changed in place, becomes Q with its own."""
+    out = np.empty((*flat.shape[:-1], 3))
+    divide(flat.reshape(len(ORDERS), -1, 4), out.reshape(len(ORDERS), -1, 3))
+    return out

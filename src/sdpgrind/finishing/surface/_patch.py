@@ -10,7 +10,7 @@ from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, custom, described, part, text
 from sdpgrind.finishing.surface._fit_quality import FitQuality
-from sdpgrind.finishing.surface._polygons import closed, inside, ordered, signed_area
+from sdpgrind.finishing.surface._polygons import Bands, banded, closed, inside, ordered, signed_area
 from sdpgrind.finishing.surface._surface import Surface
 from sdpgrind.finishing.surface._trimmed_area import area_within
 
@@ -82,6 +82,10 @@ class Patch(Described):
         return (border, *self.trim)
 
     @cached_property
+    def _bands(self) -> Bands:
+        return banded(self.polygons)
+
+    @cached_property
     def area(self) -> float:
         """Area within the polygons, mm^2, by Gauss points along them and over each knot span."""
         if self.trim and signed_area(self.trim[0]) > 0:
@@ -114,7 +118,7 @@ class Patch(Described):
                 & (pair[1] >= domain[1, 0]) & (pair[1] <= domain[1, 1])
             )  # fmt: skip
         places = np.stack([each.ravel() for each in pair], axis=-1)
-        return inside(self.polygons, places).reshape(pair[0].shape)
+        return inside(self._bands, places).reshape(pair[0].shape)
 
     def outline(self) -> tuple[Floats, ...]:
         """Return the polygons on the surface, each (n, 3), mm."""

@@ -139,11 +139,14 @@ def fill(axes: Any, *, alone: bool = False) -> None:
 
     A figure with these axes alone, and perhaps a bar of colours, gets the shape of the box.
     """
-    figure, box = axes.figure, _box(axes)
+    figure = axes.figure
     if alone:
+        box = _box(axes)  # its proportions are the same in any panel
         width, height = np.sqrt(AREA / box.prod()) * box
         figure.set_size_inches(width + BAR * (len(figure.axes) - 1), height)
-        box = _box(axes)
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)
+    box = _box(axes)
     panel = axes.get_position(original=True).size * figure.bbox.size
     widths = [float(np.ptp(each)) for each in _limits(axes)]
     axes.set_box_aspect(widths, zoom=float(np.min(ROOM * panel / box)))
@@ -153,9 +156,7 @@ def fill(axes: Any, *, alone: bool = False) -> None:
 
 
 def _box(axes: Any) -> checks.Floats:
-    """Width and height of the drawn box, pixels, once the panels are laid out."""
-    if (engine := axes.figure.get_layout_engine()) is not None:
-        engine.execute(axes.figure)
+    """Width and height of the drawn box, pixels."""
     axes.apply_aspect()  # nothing else of drawing moves the box
     corners = np.array(np.meshgrid(*_limits(axes))).reshape(3, -1)
     x, y, _ = need("mpl_toolkits.mplot3d.proj3d", "plot").proj_transform(*corners, axes.get_proj())

@@ -34,15 +34,20 @@ def first_crossing(one, other, same):
 
 
 @compiled(error_model="numpy")
-def even_odd(sides, places, inside):
-    """Fill `inside` (m,) for places (m, 2): an odd number of sides (n, 4) crosses the ray to greater u."""
+def even_odd(sides, band, begin, low, high, width, places, inside):
+    """Fill `inside` (m,) for places (m, 2): an odd number of sides (n, 4) crosses the ray to greater u.
+
+    band, begin: numbers of sides band by band, of a width in v, from `low` to `high`; where each band begins.
+    """
     for k in range(len(places)):
         x, y = places[k, 0], places[k, 1]
         odd = False
-        for i in range(len(sides)):
-            ay, by = sides[i, 1], sides[i, 3]
-            if (ay > y) != (by > y):
-                ax, bx = sides[i, 0], sides[i, 2]
-                if x < ax + (y - ay) / (by - ay) * (bx - ax):
-                    odd = not odd
+        if low <= y < high:
+            at = int((y - low) / width)
+            for i in band[begin[at] : begin[at + 1]]:
+                ay, by = sides[i, 1], sides[i, 3]
+                if (ay > y) != (by > y):
+                    ax, bx = sides[i, 0], sides[i, 2]
+                    if x < ax + (y - ay) / (by - ay) * (bx - ax):
+                        odd = not odd
         inside[k] = odd

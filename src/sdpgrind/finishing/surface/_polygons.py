@@ -1,14 +1,17 @@
 """Trimming polygons: checks, and what is inside."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.surface._polygon_kernels import even_odd, first_crossing
+
+Ints = npt.NDArray[np.intp]
 
 OPEN = 1e-3  # of the domain; source: specification, a greater gap leaves a loop open
 BEYOND = 1e-6  # of the domain, chosen: rounding of a polygon on the domain's edge
@@ -51,10 +54,35 @@ def sides(polygons: Sequence[Floats]) -> Floats:
     return np.concatenate([np.hstack([each[:-1], each[1:]]) for each in polygons])
 
 
-def inside(polygons: Sequence[Floats], places: Floats) -> Bools:
+class Bands(NamedTuple):
+    """Sides (n, 4) by n bands of v from `low` to `high`: numbers band by band, and where each begins."""
+
+    sides: Floats
+    band: Ints
+    begin: Ints
+    low: float
+    high: float
+    width: float
+
+
+def banded(polygons: Sequence[Floats]) -> Bands:
+    """Return the sides of polygons by bands of v, so that a place meets those of its own band alone."""
+    every = sides(polygons)
+    ends = np.sort(every[:, 1::2], axis=1)
+    low, high = float(ends.min()), float(ends.max())
+    width = (high - low) / len(every)
+    first, last = ((ends - low) / width).astype(np.intp).T
+    number = np.repeat(np.arange(len(every)), last - first + 1)
+    before = np.cumsum(last - first + 1) - (last - first + 1)
+    at = first[number] + np.arange(number.size) - before[number]
+    begin = np.searchsorted(np.sort(at), np.arange(at.max() + 2))
+    return Bands(every, number[np.argsort(at, kind="stable")], begin, low, high, width)
+
+
+def inside(bands: Bands, places: Floats) -> Bools:
     """Return which places (m, 2) are inside by the rule of even and odd."""
     out = np.empty(len(places), dtype=bool)
-    even_odd(sides(polygons), np.ascontiguousarray(places), out)
+    even_odd(*bands, np.ascontiguousarray(places), out)
     return out
 
 
@@ -78,10 +106,10 @@ def _refuse_hole(polygons: Sequence[Floats], k: int, outer: list[int], others: l
     """Raise for a hole outside of the outer polygon, or in another hole."""
     middles = (polygons[k][1:] + polygons[k][:-1]) / 2
     for j in outer:
-        if np.mean(inside([polygons[j]], middles)) < 0.5:
+        if np.mean(inside(banded([polygons[j]]), middles)) < 0.5:
             raise checks.refuse(f"trim[{k}]", f"inside of trim[{j}]", "a hole outside")
     for j in others:
-        if np.mean(inside([polygons[j]], middles)) > 0.5:
+        if np.mean(inside(banded([polygons[j]]), middles)) > 0.5:
             raise checks.refuse(f"trim[{k}]", f"outside of trim[{j}]", "a hole in a hole")
 
 

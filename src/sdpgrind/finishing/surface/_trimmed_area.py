@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quadrature import leggauss
 from sdpgrind.finishing.surface import _forms as forms
 from sdpgrind.finishing.surface._polygons import sides
 from sdpgrind.finishing.surface._surface import Surface
@@ -23,7 +24,7 @@ def area_within(surface: Surface, polygons: Sequence[Floats]) -> float:
     """Return the area within polygons, mm^2: counter-clockwise ones count, clockwise ones are taken off."""
     pieces = _cut(sides(polygons), surface.breaks)
     pieces = _shortened(pieces[pieces[:, 1] != pieces[:, 3]], surface.breaks)
-    x, weight = np.polynomial.legendre.leggauss(ALONG)
+    x, weight = leggauss(ALONG)
     share = (1 + x) / 2
     u = pieces[:, :1] + share * (pieces[:, 2:3] - pieces[:, :1])
     v = pieces[:, 1:2] + share * (pieces[:, 3:] - pieces[:, 1:2])
@@ -64,7 +65,7 @@ def _shortened(ends: Floats, breaks: tuple[Floats, Floats]) -> Floats:
 
 def _integral(surface: Surface, u: Floats, v: Floats) -> Floats:
     """Integral of the density at v from the least u to u, at each pair."""
-    x, weight = np.polynomial.legendre.leggauss(ACROSS)
+    x, weight = leggauss(ACROSS)
     total = np.zeros(u.size)
     rows = max(1, BLOCK // ACROSS)
     for low, high in zip(surface.breaks[0][:-1], surface.breaks[0][1:], strict=True):

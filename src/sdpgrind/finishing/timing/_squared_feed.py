@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quadrature import leggauss
 
 # chosen: shares of the time in the outer intervals at which rows stand, from rest on
 # (jerk is constant there, so that only the path's derivatives differ)
@@ -64,7 +65,7 @@ def squared_feed(nodes: Floats) -> SquaredFeed:
     """Rows of a spline on at least five nodes, mm from the start of the run."""
     h = np.diff(nodes)
     offsets = np.array([0.0, 0.5, 1.0]) * h[:, None]
-    points, shares = np.polynomial.legendre.leggauss(GAUSS)
+    points, shares = leggauss(GAUSS)
     taylor, ties = _taylor(h), 1 / (1 + 2 * h[[1, -2]] / (3 * h[[0, -1]]))
     rows = _moved(taylor, offsets)
     samples = _moved(taylor, (points + 1) / 2 * h[:, None])[:, :, 0]

@@ -12,6 +12,7 @@ So nothing drifts, whatever the error of T.
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quadrature import leggauss
 from sdpgrind.finishing.timing._squared_feed import SquaredFeed
 from sdpgrind.finishing.timing._time_law import TimeLaw, advanced
 
@@ -49,7 +50,7 @@ def _states(feed: SquaredFeed, c: Floats) -> Floats:
 def _times(feed: SquaredFeed, c: Floats) -> Floats:
     """Time of every interval, s."""
     h = np.diff(feed.nodes)
-    points, shares = np.polynomial.legendre.leggauss(POINTS)
+    points, shares = leggauss(POINTS)
     d = (points + 1) / 2 * h[1:-1, None]
     x, slope, bend = feed.values(c)[1:-1, 0].T[:, :, None]
     inner = np.sum(shares / np.sqrt(x + d * (slope + d / 2 * bend)), axis=1) * h[1:-1] / 2

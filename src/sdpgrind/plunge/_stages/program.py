@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quadrature import leggauss
 from sdpgrind.plunge._model.dynamics import burn_depth
 from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
@@ -210,7 +211,7 @@ def _duration(u: Any, start: Any, span: Any, core: PlungeCore, nodes: int = _FIN
 
     total: Any = 0.0
     power = 2.0 / core.p if isinstance(start, float) else 1.0  # from rest the time constant has a weak pole
-    for node, weight in zip(*np.polynomial.legendre.leggauss(nodes), strict=True):
+    for node, weight in zip(*leggauss(nodes), strict=True):
         share = 0.5 * (1 + node)
         v = u + (start - u) * casadi.exp(-span * share**power)
         total += (
