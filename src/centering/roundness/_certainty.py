@@ -6,7 +6,7 @@ from centering.roundness._harmonic_fit import (
     HarmonicFit,
     even_harmonics,
     even_values,
-    fit_harmonics,
+    fitted_again,
     value_spread,
     values_at,
 )
@@ -20,7 +20,7 @@ _PLACES = 16  # chosen: places for each wave of the highest passed harmonic; the
 def leaks_of(fit: HarmonicFit, runout: RollerError | None, part_angle: Floats) -> Complex:
     """Derivatives of the harmonics by each value of a removed runout, (3, n + 1); (0, n + 1) without one."""
     columns = runout.derivatives(part_angle).T if runout is not None else np.zeros((0, part_angle.size))
-    leaks = [fit_harmonics(part_angle, column, fit.coef.size - 1).coef for column in columns]
+    leaks = [fitted_again(fit, part_angle, column) for column in columns]
     return np.array(leaks, dtype=complex).reshape(len(columns), fit.coef.size)
 
 

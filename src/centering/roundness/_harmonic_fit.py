@@ -12,14 +12,13 @@ from math import inf, isqrt, sqrt
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.linalg import eigvalsh_tridiagonal
+from scipy.linalg.lapack import dsterf
 
 from sdpgrind.base.checks import Complex, Floats
 
 _STEPS = 2000  # chosen: conjugate-gradient steps, many more than any accepted condition needs
 _RESIDUAL = 1e-14  # chosen: relative residual that ends them, above rounding
 _PIECE = 512  # chosen: samples of a piece that fits the cache
-_BLOCK = 1 << 18  # chosen: numbers transformed at once, a limit on memory
 _FLAT = 1e-11  # chosen: eigenvalue of T over the number of samples that is rounding
 
 
@@ -95,9 +94,15 @@ class HarmonicFit:
 def fit_harmonics(angle: Floats, values: Floats, degree: int) -> HarmonicFit:
     """Least squares of harmonics 0..degree; infinite condition where the angles do not separate them."""
     density, target = sums(angle, values, degree)
-    coef, condition = _solved(density, target)
-    cosine, worst = _solved(density, _edge(degree))  # the highest harmonic has the worst condition
-    return HarmonicFit(coef, max(condition, worst), values - values_at(coef, angle), density, cosine)
+    coef, steps = _solved(density, target)
+    cosine, edged = _solved(density, _edge(degree))  # the highest harmonic has the worst condition
+    condition = max(_condition(steps), _condition(edged))
+    return HarmonicFit(coef, condition, values - values_at(coef, angle), density, cosine)
+
+
+def fitted_again(fit: HarmonicFit, angle: Floats, values: Floats) -> Complex:
+    """Coefficients of other values at the angles of a fit."""
+    return _solved(fit.density, sums(angle, values, fit.coef.size - 1)[1])[0]
 
 
 def _edge(degree: int) -> Complex:
@@ -117,8 +122,8 @@ def even_values(coef: Complex, size: int) -> Floats:
     return np.asarray(np.fft.irfft(coef * size, size))
 
 
-def _solved(density: Complex, target: Complex) -> tuple[Complex, float]:
-    """Solve T c = target by conjugate gradients; return c and the root of T's condition from the steps."""
+def _solved(density: Complex, target: Complex) -> tuple[Complex, list[tuple[float, float]] | None]:
+    """Solve T c = target by conjugate gradients; return c and the steps; None where they do not end."""
     field = _field(density)
     coef, left = np.zeros_like(target), target.copy()
     towards, square = left, _inner(left, left)
@@ -128,13 +133,13 @@ def _solved(density: Complex, target: Complex) -> tuple[Complex, float]:
         pushed = _product(field, towards)
         curvature = _inner(towards, pushed)
         if curvature <= _FLAT * density[0].real * _inner(towards, towards):
-            return coef, inf
+            return coef, None
         length = square / curvature
         coef, left = coef + length * towards, left - length * pushed
         before, square = square, _inner(left, left)
         steps.append((length, square / before))
         towards = left + (square / before) * towards
-    return coef, _condition(steps) if square <= goal else inf
+    return coef, steps if square <= goal else None
 
 
 def _field(density: Complex) -> Floats:
@@ -153,14 +158,16 @@ def _inner(one: Complex, other: Complex) -> float:
     return float(2 * np.vdot(one, other).real - (one[0].conjugate() * other[0]).real)
 
 
-def _condition(steps: list[tuple[float, float]]) -> float:
+def _condition(steps: list[tuple[float, float]] | None) -> float:
     """Root of T's condition from the steps, by the outer eigenvalues of their Lanczos matrix."""
-    if not steps:
+    if steps is None:
+        return inf
+    if len(steps) < 2:
         return 1.0
     length, ratio = np.array(steps).T
     main = 1 / length
     main[1:] += ratio[:-1] / length[:-1]
-    eigenvalues = eigvalsh_tridiagonal(main, np.sqrt(ratio[:-1]) / length[:-1])
+    eigenvalues = dsterf(main, np.sqrt(ratio[:-1]) / length[:-1])[0]
     return sqrt(eigenvalues[-1] / eigenvalues[0]) if eigenvalues[0] > 0 else inf
 
 
@@ -189,19 +196,17 @@ def _generators(density: Complex, cosine: Complex) -> tuple[Complex, Complex]:
 
 
 def value_spread(fit: HarmonicFit, passed: Floats, angle: Floats) -> Floats:
-    """Standard deviation of the transmitted sum of the fit's harmonics at any angles, for unit noise."""
+    """Standard deviation of the transmitted sum of the fit's harmonics at any angles, for unit noise.
+
+    Its square has harmonics up to 2 n: sums of T^-1 with the transmissions along each diagonal.
+    """
     first, mirrored = _generators(fit.density, fit.cosine)
-    share = np.concatenate([passed[:0:-1], passed])
-    size = next_fast_len(2 * share.size)
-    left, right = np.fft.fft(first, size).conj(), np.fft.fft(mirrored, size).conj()
-    variance = np.empty(angle.size)
-    step = max(_BLOCK // size, 1)
-    for begin in range(0, angle.size, step):
-        piece = slice(begin, begin + step)
-        waves = np.fft.fft(share * np.exp(-1j * np.outer(angle[piece], np.arange(share.size))), size)
-        gained, lost = (np.fft.ifft(waves * side)[:, : share.size] for side in (left, right))
-        variance[piece] = np.sum(np.abs(gained) ** 2, axis=1) - np.sum(np.abs(lost) ** 2, axis=1)
-    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+    share, behind = np.concatenate([passed[:0:-1], passed]), (first.conj(), mirrored.conj())
+    coef = np.empty(first.size, dtype=complex)
+    for k in range(first.size):
+        steps = first[k:] * behind[0][: first.size - k] - mirrored[k:] * behind[1][: first.size - k]
+        coef[k] = np.dot(np.cumsum(steps), share[k:] * share[: first.size - k])
+    return np.asarray(np.sqrt(np.maximum(values_at(coef, angle), 0.0)))
 
 
 def _lagged(column: Complex, n: int, k: int) -> complex:

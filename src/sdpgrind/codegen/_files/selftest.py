@@ -1,5 +1,9 @@
 """Self-test of an export: a program in C that compares with what the library answered."""
 
+from math import copysign, isfinite, isnan
+
+import numpy as np
+
 from sdpgrind.base.checks import Floats
 from sdpgrind.codegen._files.vector_kernels import BASIS
 from sdpgrind.codegen._files.vectors import SEED, STEPS, Vectors, spread_of
@@ -249,11 +253,9 @@ def selftest(recipe: Recipe, name: str, vectors: Vectors, folder: bool = False) 
 
 
 def _vectors(vectors: Vectors) -> str:
-    rows = zip(vectors.resets, vectors.rows, vectors.answers.outputs, vectors.answers.codes, strict=True)
-    return ",\n".join(
-        "    {" + ", ".join(map(hexadecimal, (float(reset), *row, *out, float(code)))) + "}"
-        for reset, row, out, code in rows
-    )
+    answers = vectors.answers
+    rows = np.column_stack((vectors.resets, vectors.rows, answers.outputs, answers.codes)).tolist()
+    return ",\n".join("    {" + ", ".join(map(hexadecimal, row)) + "}" for row in rows)
 
 
 def _columns(texts: list[str], count: int) -> str:
@@ -266,8 +268,6 @@ def _listed(numbers: Floats) -> str:
 
 def hexadecimal(number: float) -> str:
     """Return a double with all its digits."""
-    if number != number:
-        return "(double)NAN"
-    if number in (float("inf"), float("-inf")):
-        return "(double)INFINITY" if number > 0.0 else "-(double)INFINITY"
-    return "0.0" if number == 0.0 and str(number) == "0.0" else float(number).hex()
+    if isfinite(number):
+        return "0.0" if number == 0.0 and copysign(1.0, number) > 0.0 else float(number).hex()
+    return "(double)NAN" if isnan(number) else "(double)INFINITY" if number > 0.0 else "-(double)INFINITY"

@@ -1,5 +1,6 @@
 """Recipe of an inversion: its search and look-up, and readings for the self-test."""
 
+from bisect import bisect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ _NEAR = 0.02  # chosen: share of the responses by which the self-test varies the
 _FAR, _ROUNDING = 100.0, 4e-16  # chosen: shares by which no state answers a response, and by which one does
 # chosen: share of the response by which the self-test is off it -> share of its readings
 _OFF = {0.0: 0.5, _NEAR: 0.1, -_NEAR: 0.1, _FAR: 0.1, -_FAR: 0.1, _ROUNDING: 0.05, -_ROUNDING: 0.05}
+_OFFS, _SUMS = list(_OFF), np.cumsum(list(_OFF.values())).tolist()
 _HARD, _SORTS = 120, 3  # chosen: readings that Newton's method alone does not answer, of three sorts
 _FALLING = 0.1  # chosen: share of the readings with controls of the other sign: the response may fall
 _TABLES = {
@@ -113,9 +115,9 @@ class _AboutNodes:
     def _row(self, rng: np.random.Generator) -> list[float]:
         search, controls = self.response.search, self._controls(rng)
         margin = _BEYOND * (search.high - search.low)
-        state = rng.choice([rng.uniform(search.low - margin, search.high + margin), search.low, search.high])
-        response = self.response.at(controls, state)[0]
-        off = rng.choice(list(_OFF), p=list(_OFF.values()))
+        states = rng.uniform(search.low - margin, search.high + margin), search.low, search.high
+        response = self.response.at(controls, states[rng.integers(len(states))])[0]
+        off = _OFFS[bisect(_SUMS, rng.random())]
         return [response * (1.0 + off) if np.isfinite(response) else 1.0, *controls]
 
     def _known(self, rng: np.random.Generator) -> Floats:

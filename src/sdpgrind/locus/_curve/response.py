@@ -3,6 +3,8 @@
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from math import nextafter
 from typing import TypeAlias
 
 import numpy as np
@@ -27,9 +29,17 @@ class Response:
 
     def at(self, controls: Floats, state: float) -> tuple[float, float]:
         """Return the response and its slope by the state, in their units."""
-        found, work = np.empty(self.sizes[1]), np.empty(self.sizes[0])
-        tape_kernels.run(self.search.tape, np.array([*controls, state]), work, found)
-        return float(found[self.search.response]), float(found[self.search.slope])
+        inputs, work, found = self._room
+        inputs[:-1] = controls
+        inputs[-1] = state
+        tape_kernels.run(self.search.tape, inputs, work, found)
+        return found.item(self.search.response), found.item(self.search.slope)
+
+    @cached_property
+    def _room(self) -> tuple[Floats, Floats, Floats]:
+        """Inputs, numbers and results of the tape, written anew by each run: readings take thousands."""
+        inputs = int(self.search.tape[:1].view(np.int64)[0])
+        return np.empty(inputs), np.empty(self.sizes[0]), np.empty(self.sizes[1])
 
     def hard(self, controls: Floats, count: int, rng: np.random.Generator) -> list[list[float]]:
         """Return about `count` readings of each sort, in their units.
@@ -64,26 +74,29 @@ class Response:
         """Return a reading next to the response of an end, which the slope at the guess leads beyond it."""
         guess = self.search.guess
         for drawn in _drawn(controls, places, rng):
-            end = rng.choice([self.search.low, self.search.high])
+            end = (self.search.low, self.search.high)[rng.integers(2)]
             response, slope = self.at(drawn, guess)
-            reading = float(np.nextafter(self.at(drawn, end)[0], response))
+            reading = nextafter(self.at(drawn, end)[0], response)
             if abs(response - reading) > abs(slope * (guess - end)):
                 break
         return [reading, *drawn]
 
     def _within_a_step(self, controls: Floats, places: _Places, rng: np.random.Generator) -> list[float]:
-        """Return a reading between the responses of two neighbours among the states."""
+        """Return a reading between the responses of two neighbours among the states.
+
+        Where no number lies between the responses of a bracket, none does between those of its states.
+        """
         for drawn in _drawn(controls, places, rng):
             (first, _), (last, _) = self._ends(drawn)
             low, high = self.search.low, self.search.high
             wanted = rng.uniform(min(first, last), max(first, last))
-            while low < (state := 0.5 * (low + high)) < high:
+            while nextafter(first, last) != last and low < (state := 0.5 * (low + high)) < high:
                 response = self.at(drawn, state)[0]
                 if (response < wanted) == (first < last):
                     low, first = state, response
                 else:
                     high, last = state, response
-            reading = float(np.nextafter(first, last))
+            reading = nextafter(first, last)
             if reading not in (first, last):
                 break
         return [reading, *drawn]
