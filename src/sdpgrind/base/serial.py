@@ -4,6 +4,8 @@ First-order noise e has the correlation rho^h between readings h steps apart. A 
 falls or stays; its first reading is correlated with none before.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq, minimize_scalar
@@ -28,11 +30,23 @@ def gaps(time: npt.ArrayLike | None, count: int) -> Floats:
 
 def filtered(residual: Floats, correlation: float, apart: Floats) -> Floats:
     """White residuals (..., n), as much information: sqrt((1 - rho^2)/(1 - rho^2h)) (e_k - rho^h e_k-1)."""
+    return whitening(correlation, apart)(residual)
+
+
+def whitening(correlation: float, apart: Floats) -> Callable[[Floats], Floats]:
+    """`filtered` of many residuals with one correlation: its factors are computed once."""
     if correlation == 0.0:
-        return residual
+        return lambda residual: residual
     carried = correlation**apart
-    scale = np.sqrt((1 - correlation**2) / (1 - carried**2))
-    return np.asarray(scale * (residual - carried * np.roll(residual, 1, axis=-1)))
+    scale, later = np.sqrt((1 - correlation**2) / (1 - carried**2)), carried[1:]
+
+    def white(residual: Floats) -> Floats:
+        out = np.array(residual)
+        out[..., 1:] -= later * residual[..., :-1]
+        out *= scale
+        return out
+
+    return white
 
 
 def filtered_back(white: Floats, correlation: float, apart: Floats) -> Floats:

@@ -104,7 +104,8 @@ def output_error(
 
 def _filtered(function: Callable[[Floats], Floats], rho: float, apart: Floats) -> Callable[[Floats], Floats]:
     """Residuals, or their slopes, without the noise's correlation."""
-    return lambda values: serial.filtered(function(values).T, rho, apart).T
+    white = serial.whitening(rho, apart)
+    return lambda values: white(function(values).T).T
 
 
 def _times(time: npt.ArrayLike | None, count: int) -> Floats | None:

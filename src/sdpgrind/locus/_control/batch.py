@@ -59,16 +59,16 @@ def simulate(controller: Walking, hidden: Any, noise: Any) -> LoopRecord:
     if given.ndim == 0 or given.size == 0:
         raise checks.refuse(name, "of shape (..., steps), one step at least", given.shape)
     added = np.broadcast_to(checks.finite_array("noise", noise), given.shape).reshape(-1, given.shape[-1])
-    states = given.reshape(-1, given.shape[-1])
-    runs, n = len(states), len(stretch.names)
+    states = np.ascontiguousarray(given.reshape(-1, given.shape[-1]).T)  # sample by sample, as they are used
+    (steps, runs), n = states.shape, len(stretch.names)
     inner = np.zeros((runs, core.STATES))
     inner[:, core.PLACE] = inner[:, core.ACTUAL] = controller.start_place
     believed: Floats | None = None
     out = np.empty((3, *states.shape))
-    for i in range(states.shape[1]):
+    for i in range(steps):
         rows = stretch.rows(inner[:, core.PLACE])
-        response, limit = stretch.values(rows[:, :n], states[:, i])
-        out[:, :, i] = inner[:, core.PLACE], limit, response
+        response, limit = stretch.values(rows[:, :n], states[i])
+        out[0, i], out[1, i], out[2, i] = inner[:, core.PLACE], limit, response
         reading = response + added[:, i]
         if controller.method == "inversion":
             found = hidden_of(stretch.values, rows[:, :n], reading, stretch.x)
@@ -76,5 +76,5 @@ def simulate(controller: Walking, hidden: Any, noise: Any) -> LoopRecord:
             inner[:, core.PLACE] = np.clip(balanced(stretch, believed, controller.margin), law.low, law.high)
         else:
             core.advance_many(inner, law, rows[:, n + 1] - controller.margin - reading)
-    places, limits, responses = (column.reshape(given.shape) for column in out)
+    places, limits, responses = (column.T.reshape(given.shape) for column in out)
     return LoopRecord(places, given, limits, responses)

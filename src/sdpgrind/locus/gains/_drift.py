@@ -93,14 +93,15 @@ class Drift:
         state = np.full(PHASES + 1, self.loose)
         if move == self.furthest:
             s = np.asarray(self._settled(s[0], margin))
-        worst, reach, states = -np.inf, [s], [state]
+        reach, states = [s], [state]
         for n in range(int(np.ceil(length / self.rate)) + 1):
             s = move(s, state, margin)
             state = self.loose + way * np.minimum(phases + n * self.rate, length)
-            worst = max(worst, float(np.max(-self.stretch.slack(s[:-1], state[1:]))))
             reach.append(s)
             states.append(state)
-        return worst, np.concatenate(reach), np.concatenate(states)
+        places, drifted = np.array(reach), np.array(states)
+        worst = float(np.max(-self.stretch.slack(places[1:, :-1], drifted[1:, 1:])))
+        return worst, places.ravel(), drifted.ravel()
 
     def _settled(self, first: float, margin: float) -> Floats:
         """Return the furthest settled coordinate at the loose end, with overshoot; the end if it creeps."""

@@ -3,12 +3,13 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.controllers import Stateful
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step, start_control
 from sdpgrind.plunge._model.problem import CycleProblem
@@ -17,13 +18,19 @@ if TYPE_CHECKING:
     from sdpgrind.codegen import Recipe
 
 
-class SampledCycle(ABC):
+class SampledCycle(Stateful, ABC):
     """Controller with a compiled core, stepped once per sample; simulated parts run the same kernels."""
 
     problem: CycleProblem
     reads: ClassVar[Mapping[str, str]] = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
     commands: ClassVar[Mapping[str, str]] = {"command_rate": "mm/s", "balancing": "", "retract": ""}
     reports: ClassVar[Mapping[str, str]] = at.REPORTS
+    _changing = ("state",)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        twin = super().__deepcopy__(memo)
+        twin.__dict__["law"] = self.law  # computed once for all copies
+        return twin
 
     @property
     def period(self) -> float:

@@ -23,7 +23,7 @@ _ANOTHER = 0.5  # chosen: share of its range so far by which a size jumps back w
 _QUANTITIES = {"command_rate": "mm/s", "size": "mm", "grinding_power": "W", "power_saturated": "1"}
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Cycle:
     """One part: time (s), command rate (mm/s), size (mm), power (W), clip flag; NaN: no reading."""
 

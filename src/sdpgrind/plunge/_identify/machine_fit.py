@@ -120,6 +120,8 @@ class MachineFit:
     noise: ChannelNoise
     there: Floats | None = None
     """Slopes at the values; None: to be found."""
+    last: tuple[Floats, list[Floats]] | None = None
+    """Values last asked for, and their responses: slopes are asked for where the residuals were."""
 
     @property
     def count(self) -> int:
@@ -177,8 +179,8 @@ class MachineFit:
     def residual(self, vector: Floats, white: bool = True) -> Floats:
         """Return all residuals over their standard deviations, without their correlation if `white`."""
         found = []
-        for part, values in enumerate(self.spread(vector)):
-            response, sds = self.model.response(self.parts[part].line, values), self.standard(part)
+        for part, response in enumerate(self._answered(self.spread(vector))):
+            sds = self.standard(part)
             for k, read, rows, apart in self.parts[part].channels():
                 off = (read - response[rows, k]) / sds[k]
                 found.append(self.noise.white(off, k, apart) if white else off)
@@ -192,7 +194,9 @@ class MachineFit:
 
     def slopes(self, vector: Floats) -> Floats:
         """Return the derivatives of `residual`, by forward differences; a part has its own contact."""
-        each = [self._slopes_of(part, values) for part, values in enumerate(self.spread(vector))]
+        values = self.spread(vector)
+        pairs = zip(values, self._answered(values), strict=True)
+        each = [self._slopes_of(part, *pair) for part, pair in enumerate(pairs)]
         out = np.zeros((sum(len(rows) for rows in each), self.count))
         shared, begin = len(self.free), 0
         for part, rows in enumerate(each):
@@ -201,10 +205,9 @@ class MachineFit:
             begin = end
         return out
 
-    def _slopes_of(self, part: int, values: Floats) -> Floats:
-        """Derivatives of the residuals of a part by the shared values, contact and offset."""
-        reads, sds = self.parts[part], self.standard(part)
-        base, moved = self.model.response(reads.line, values), []
+    def _slopes_of(self, part: int, values: Floats, base: Floats) -> Floats:
+        """Derivatives of a part's residuals by shared values, contact and offset; `base`: its response."""
+        reads, sds, moved = self.parts[part], self.standard(part), []
         for place in (*self.free, CONTACT):
             if place == IDLE:  # it is on every power
                 moved.append(np.tile([0.0, 1.0], (len(base), 1)))
@@ -250,8 +253,14 @@ class MachineFit:
 
     def responses(self) -> list[Floats]:
         """Return sizes (mm) and powers (W) of each part at the values."""
-        pairs = zip(self.parts, self.values, strict=True)
-        return [self.model.response(each.line, values) for each, values in pairs]
+        return self._answered(self.values)
+
+    def _answered(self, values: Floats) -> list[Floats]:
+        """Responses of all parts to their values."""
+        if self.last is None or not np.array_equal(self.last[0], values):
+            pairs = zip(self.parts, values, strict=True)
+            self.last = values.copy(), [self.model.response(each.line, own) for each, own in pairs]
+        return self.last[1]
 
     def apart(self) -> Residuals:
         """Return the residuals over their standard deviations, by channel."""

@@ -28,6 +28,7 @@ _BLOCK, _RARELY = 32, 1e-3  # measured, chosen: readings of a mean; white noise 
 _STRAIGHT = 48  # measured: readings over which a misfit of the lag is a line
 _SIGNIFICANT = 8.0  # derived: square of a normal value exceeded once in 200 by chance, in variances
 _AT_END = 1e-8  # chosen: distance from the end of its range at which a touch-in counts as held there, mm
+_ENTRIES = 25  # chosen: time constants among which a fit starts; fewer miss its valley
 _KEPT = 2  # derived: a fit asks for sizes, and for slopes there or at the values before
 _ALIKE = 0.866  # chosen: correlation with the touch-in from which it doubles the sd of the time constant
 
@@ -79,11 +80,10 @@ def fit(cycle: Cycle, noise: str = "first order", *, size: int = 3, correlation:
 
 def _fit_before(last: float, cycle: Cycle, noise: str, size: int, correlation: float) -> idf.Estimate:
     """`fit` of a touch-in up to `last`, mm."""
-    low, high = np.log(RANGE)
-    begin = min(np.linspace(low, high, 25), key=lambda entry: float(np.var(residual(cycle, [entry]))))
-    offset = float(np.mean(residual(cycle, [begin])))
+    (low, high), begin = np.log(RANGE), _begin(cycle)
     time = cycle.time[cycle.read]
     apart = serial.gaps(time, time.size)
+    white = serial.whitening(correlation, apart)
 
     @lru_cache(maxsize=_KEPT)
     def model(log_tau: float, touch_in: float = 0.0) -> Floats:
@@ -91,16 +91,16 @@ def _fit_before(last: float, cycle: Cycle, noise: str, size: int, correlation: f
 
     def left(values: Floats) -> Floats:
         off = (cycle.size - model(values[0], *values[2:])[0])[cycle.read] - values[1]
-        return serial.filtered(off, correlation, apart)
+        return white(off)
 
     def slopes(values: Floats) -> Floats:
         by_lag, by_touch = -model(values[0], *values[2:])[1:, cycle.read]
         each = np.array([by_lag, np.full(by_lag.size, -1.0), by_touch][:size])
-        return serial.filtered(each, correlation, apart).T
+        return white(each).T
 
     return idf.output_error(
         left,
-        [begin, offset, 0.0][:size],
+        [*begin, 0.0][:size],
         scale=[0.1, 1e-3, 1e-3][:size],
         low=[low, -np.inf, -float(cycle.infeed[-1])][:size],
         high=[high, np.inf, last][:size],
@@ -109,6 +109,15 @@ def _fit_before(last: float, cycle: Cycle, noise: str, size: int, correlation: f
         jacobian=slopes,
         throw=False,
     )
+
+
+@lru_cache(maxsize=1)
+def _begin(cycle: Cycle) -> tuple[float, float]:
+    """Logarithm of the time constant and offset (mm) from which the fits of a cycle start."""
+    low, high = np.log(RANGE)
+    entries = np.linspace(low, high, _ENTRIES)
+    begin = float(min(entries, key=lambda entry: float(np.var(residual(cycle, [entry])))))
+    return begin, float(np.mean(residual(cycle, [begin])))
 
 
 def residual(cycle: Cycle, values: npt.ArrayLike) -> Floats:

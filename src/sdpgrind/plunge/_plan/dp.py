@@ -93,16 +93,15 @@ class StageModel:
     def _full(self, y: Floats, v: Floats, drop: float, core: PlungeCore, most: float) -> Floats:
         """Deflection at full rate, at most `most`: Newton on (y' - y + lost) mean rate = u drop."""
         w = np.full(y.shape, _rates(np.array([most]), core)[0] ** core.p)
+        begin, lost = _point(v, v**core.p, core), self.growth * drop
         for _ in range(NEWTON):
-            rate = w ** (1 / core.p)
-            after = core.K1 * rate + core.K2 * w
-            mean, given = mean_rate(v, rate, core), after - y + self.growth * drop
+            rate, after, _ = end = _point(w ** (1 / core.p), w, core)
+            mean, rise = _mean(begin, end), after - y
+            given = rise + lost
             off = given * mean - self.rate_max * drop
-            rise = after - y
-            with np.errstate(divide="ignore", invalid="ignore"):
-                bend = np.where(np.abs(rise) > 1e-9 * after, (rate - mean) / rise, 0.0)
+            bend = np.divide(rate - mean, rise, out=np.zeros(y.shape), where=np.abs(rise) > 1e-9 * after)
             slope = (mean + given * bend) * (core.K1 * rate / (core.p * w) + core.K2)
-            step = np.where(off > 0, off / slope, 0.0)
+            step = np.divide(off, slope, out=np.zeros(y.shape), where=off > 0)
             w = w - step
             if np.all(step <= 1e-13 * w):
                 break
@@ -113,18 +112,22 @@ def _rates(y: Floats, core: PlungeCore) -> Floats:
     return np.asarray(_kernels.rates(np.ravel(y), core)).reshape(np.shape(y))
 
 
+def _point(rate: Floats, power: Floats, core: PlungeCore) -> tuple[Floats, Floats, Floats]:
+    """Rate v (mm/s), deflection y (mm) and integral of v dy, by the rate and its power v^p."""
+    integral = rate * (core.K1 * rate / 2 + core.p / (core.p + 1) * core.K2 * power)
+    return rate, core.K1 * rate + core.K2 * power, integral
+
+
 def mean_rate(v: Floats, after: Floats, core: PlungeCore) -> Floats:
     """Mean of the rate over the deflection, mm/s: (G(v') - G(v))/(y' - y) with G the integral of v dy."""
-    near = np.abs(after - v) <= 1e-6 * (after + v)
-    other = np.where(near, 2 * v + 1e-9, after)  # any other rate where both are equal
+    return _mean(_point(v, v**core.p, core), _point(after, after**core.p, core))
 
-    def integral(rate: Floats) -> Floats:
-        return rate * (core.K1 * rate / 2 + core.p / (core.p + 1) * core.K2 * rate**core.p)
 
-    mean = (integral(other) - integral(v)) / (
-        _kernels.beyond.py_func(other, core) - _kernels.beyond.py_func(v, core)
-    )
-    return np.where(near, 0.5 * (v + after), mean)
+def _mean(begin: tuple[Floats, Floats, Floats], end: tuple[Floats, Floats, Floats]) -> Floats:
+    """Mean of the rate between two points, mm/s; of equal ones the middle of both rates."""
+    (v, y, before), (after, reached, gone) = begin, end
+    differ = np.abs(after - v) > 1e-6 * (after + v)
+    return np.divide(gone - before, reached - y, out=np.asarray(0.5 * (v + after)), where=differ)
 
 
 def as_sdp(model: StageModel) -> sdp.Problem:
