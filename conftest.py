@@ -7,6 +7,9 @@ example of a property has a deadline: the first one may compile.
 
 Garbage is collected more seldom than by default: collectors walk through all that was imported (measured: 3.7
 of 62 s of CPU time over reports, dynamic programs and pages, 1.2 s now).
+
+Workers tell less: nobody reads their own terminal, and of a set-up or a teardown that passed the run needs no
+report (measured: 7 of 26 s of CPU time with 15 000 empty tests).
 """
 
 import gc
@@ -15,6 +18,7 @@ import subprocess
 import sys
 
 import pytest
+from _pytest.runner import runtestprotocol
 from hypothesis import settings
 from hypothesis.internal import entropy
 
@@ -34,8 +38,26 @@ _HALVES = (("centering", "plunge"), ("weldbead", "locus", "finishing"))
 _WARM = "import sys; from hwsim import cli; sys.exit(max(cli.main(['warm', area]) for area in sys.argv[1:]))"
 
 
+class Brief:
+    """Part of a worker: its tests' calls are reported, and of all else what did not pass."""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item, nextitem):
+        """Run a test as pytest does, with fewer reports."""
+        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+        for report in runtestprotocol(item, log=False, nextitem=nextitem):
+            if report.when == "call" or not report.passed:
+                item.ihook.pytest_runtest_logreport(report=report)
+        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+        return True
+
+
+@pytest.hookimpl(trylast=True)
 def pytest_configure(config):
-    """Compile where workers are about to start on the whole suite."""
+    """Compile where workers are about to start on the whole suite; let workers be brief."""
+    if hasattr(config, "workerinput"):
+        config.pluginmanager.unregister(name="terminalreporter")
+        config.pluginmanager.register(Brief())
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
     if whole and not config.option.collectonly and getattr(config.option, "numprocesses", None):
         each = [subprocess.Popen([sys.executable, "-c", _WARM, *areas]) for areas in _HALVES]

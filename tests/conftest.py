@@ -111,11 +111,24 @@ def few_pushes(monkeypatch):
     monkeypatch.setattr(plan, "Size", lambda: size(offsets=32, frictions=3))
 
 
+@contextmanager
+def _frames():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sdpgrind.base.sheets.page.svg_of", lambda draw, prefix: f'<svg id="{prefix}"></svg>')
+        yield
+
+
 @pytest.fixture(scope="module")
 def sketched():
     """Pictures of pages as empty frames: for files that look at numbers, lines, files and refusals."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sdpgrind.base.sheets.page.svg_of", lambda draw, prefix: f'<svg id="{prefix}"></svg>')
+    with _frames():
+        yield
+
+
+@pytest.fixture
+def sketch():
+    """Pictures of a test's pages as empty frames, in a file that looks at pictures too."""
+    with _frames():
         yield
 
 

@@ -226,6 +226,7 @@ def test_blocks_come_back():
         assert list(from_plain(block.plain()).shown({})) == list(block.shown({}))
 
 
+@pytest.mark.usefixtures("sketch")
 def test_a_page_is_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "job.html"
     assert report("Job", blocks(), path) == str(path)

@@ -117,6 +117,7 @@ def test_the_same_log_makes_the_same_page(page, ground, cycle, tmp_path):
     assert (tmp_path / "again.html").read_bytes() == page.read_bytes()
 
 
+@pytest.mark.usefixtures("sketch")
 def test_a_controller_that_holds_a_socket_has_a_page(tmp_path):
     controller = OnePass()
     log = beads(2)
@@ -279,6 +280,7 @@ def test_without_learning_no_reason_tells_of_it(ground, cycle):
     assert "margins were learned" not in log.report(plan=cycle)
 
 
+@pytest.mark.usefixtures("sketch")
 def test_a_page_is_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "job.html"
     path.write_text("before")

@@ -44,6 +44,7 @@ def test_its_status_is_the_decision(ring, capsys, limit, status, found):
     assert code == status and out.splitlines()[-1].endswith(f"µm: {found}") and not err
 
 
+@pytest.mark.usefixtures("sketch")
 @pytest.mark.parametrize("buffering", [1, -1])
 def test_a_reader_that_has_gone_changes_nothing(ring, tmp_path, monkeypatch, buffering):
     """As in ``hwsim roundness ... | head -0``: the sheet is written, the status is that of the decision."""
