@@ -33,10 +33,6 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before numpy is loaded; programs that tests start inherit it
 
-# Areas for each of two processes; chosen: they share few kernels, and halve the time (measured: 82 and 97 s)
-_HALVES = (("centering", "plunge"), ("weldbead", "locus", "finishing"))
-_WARM = "import sys; from hwsim import cli; sys.exit(max(cli.main(['warm', area]) for area in sys.argv[1:]))"
-
 
 class Brief:
     """Part of a worker: its tests' calls are reported, and of all else what did not pass."""
@@ -59,10 +55,9 @@ def pytest_configure(config):
         config.pluginmanager.unregister(name="terminalreporter")
         config.pluginmanager.register(Brief())
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
-    if whole and not config.option.collectonly and getattr(config.option, "numprocesses", None):
-        each = [subprocess.Popen([sys.executable, "-c", _WARM, *areas]) for areas in _HALVES]
-        if [process for process in each if process.wait()]:
-            raise pytest.UsageError("the kernels of an area cannot be compiled")
+    starting = not config.option.collectonly and getattr(config.option, "numprocesses", None)
+    if whole and starting and subprocess.run([sys.executable, "-m", "hwsim", "warm"], check=False).returncode:
+        raise pytest.UsageError("the kernels of an area cannot be compiled")
 
 
 def pytest_sessionfinish():

@@ -113,6 +113,11 @@ class _Parser(argparse.ArgumentParser):
         self.exit(WRONG_INPUT, f"{self.prog}: {message}; {self.prog} --help says more\n")
 
 
+def arguments_of(argv: Sequence[str]) -> argparse.Namespace:
+    """Return the arguments of a command; other processes find this function by its name."""
+    return _parser().parse_args(argv)
+
+
 def _parser() -> argparse.ArgumentParser:
     return _parser_of(_AREAS)
 
@@ -133,7 +138,7 @@ def _parser_of(areas: tuple[str, ...]) -> argparse.ArgumentParser:
     named = {area.name: area for area in known}
     add_roundness(commands)
     add_keys(commands)
-    add_warm(commands, named, parser.parse_args)
+    add_warm(commands, named, arguments_of)
     add_verify(commands, named, parser.parse_args)
     add_export(commands)
     return parser

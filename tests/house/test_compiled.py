@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 from numba import types
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.core.cpu import CPUContext
+from numba.core.typing.context import Context
 from numba.extending import overload
 
 from sdpgrind.base.compiling import kernel_digest
@@ -479,3 +481,32 @@ def test_functions_of_numba_are_prepared_once_for_kernels_of_any_door():
         kernel.compile((types.float64,))
         assert len(asked) == count
     assert opened(3.0) == 2.5
+
+
+def test_a_kernel_types_each_operation_on_numbers_and_asks_for_each_size_once(monkeypatch):
+    typed, sized = [], []
+
+    def resolved(context, function, args, named, known=Context.resolve_function_type):
+        if len(args) == 2 and all(isinstance(one, types.Number) for one in args):
+            typed.append((str(function), args))
+        return known(context, function, args, named)
+
+    def size(target, kind, known=CPUContext.get_abi_sizeof):
+        sized.append(kind)
+        return known(target, kind)
+
+    def sums(x, y):
+        a = x + y
+        b = a * y
+        for _ in range(3):
+            c = (a + b) * y + b
+            a = b + c
+        return a
+
+    monkeypatch.setattr(Context, "resolve_function_type", resolved)
+    monkeypatch.setattr(CPUContext, "get_abi_sizeof", size)
+    kernel = compiled(sums)
+    kernel._cache = NullCache()
+    assert kernel(1.0, 2.0) == sums(1.0, 2.0)
+    assert len(typed) == len(set(typed)) == 2  # a sum and a product
+    assert len(sized) == len(set(sized)) > 0

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from contextlib import nullcontext
+from multiprocessing import active_children
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,6 +20,7 @@ import pytest
 import sdpgrind
 from hwsim import cli
 from hwsim.command import _warm
+from hwsim.command._side_by_side import SideBySide
 from sdpgrind.base import progress
 from sdpgrind.base.compiling import compile_line, warm
 from sdpgrind.base.progress import Speaker
@@ -234,6 +236,31 @@ def test_shares_of_all_areas_never_fall(monkeypatch):
     told = []
     sdpgrind.warm(progress=lambda share, text: told.append(share))
     assert told == sorted(told) and len(set(told)) > len(warm.HOMES) and told[-1] == pytest.approx(1.0)
+
+
+def long_work(name, number, tell):
+    """A stage of a work that processes carry out; its count says which one it is."""
+    tell(0.5, f"{name} {number}")
+    return 10**number
+
+
+def test_processes_take_the_longest_work_left_and_shares_never_fall():
+    told = []
+    works = {"short": (1.0,), "long": (4.0, 3.0), "middle": (1.5, 1.0)}
+    done = SideBySide(long_work, works, lambda share, text: told.append((share, text))).carried_out(1)
+    assert done == {"short": 1, "long": 11, "middle": 11}
+    assert [text for _, text in told] == ["long 0", "long 1", "middle 0", "short 0", "middle 1"]
+    assert [10.5 * share for share, _ in told] == pytest.approx([2.0, 5.5, 7.75, 9.0, 10.0])
+
+
+def failing_work(name, number, tell):
+    raise ValueError(name)
+
+
+def test_a_work_that_fails_ends_the_processes():
+    with pytest.raises(ValueError, match="one"):
+        SideBySide(failing_work, {"one": (1.0,)}, lambda share, text: None).carried_out(1)
+    assert not active_children()
 
 
 def test_kernels_are_of_an_area():

@@ -13,6 +13,7 @@ from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_machinery import AnalysisPass, register_pass
 from numba.core.typed_passes import IRLegalization
 
+from sdpgrind.base.compiling.kernel_contexts import KnownTypes, know_sizes
 from sdpgrind.base.compiling.kernel_flags import KernelFlags
 
 _VIEWS = ("getitem", "static_getitem")
@@ -29,6 +30,8 @@ class KernelCompiler(Compiler):
         flags: Any = KernelFlags
         compiler: Any = super()
         self.state.flags = flags(self.state.flags)
+        self.state.typingctx = KnownTypes(self.state.typingctx)
+        know_sizes(self.state.targetctx)
         return compiler.compile_extra(func)
 
     def define_pipelines(self) -> list[Any]:
