@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from contextlib import nullcontext
-from multiprocessing import active_children
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -257,10 +257,14 @@ def failing_work(name, number, tell):
     raise ValueError(name)
 
 
-def test_a_work_that_fails_ends_the_processes():
+def test_a_work_that_fails_ends_its_processes_and_no_other():
+    other = get_context("spawn").Process(target=time.sleep, args=(60.0,))
+    other.start()
     with pytest.raises(ValueError, match="one"):
         SideBySide(failing_work, {"one": (1.0,)}, lambda share, text: None).carried_out(1)
-    assert not active_children()
+    assert other in active_children() and other.is_alive()
+    other.kill()
+    other.join()
 
 
 def test_kernels_are_of_an_area():

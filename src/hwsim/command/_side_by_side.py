@@ -72,12 +72,12 @@ class SideBySide:
 @contextmanager
 def _workers(processes: int, told: Any) -> Iterator[ProcessPoolExecutor]:
     """Return processes that end with the block, at once if it is interrupted."""
-    known = told, gc.get_threshold()
+    known, others = (told, gc.get_threshold()), set(active_children())
     with ProcessPoolExecutor(processes, get_context("spawn"), _start, known) as pool:
         try:
             yield pool
         except BaseException:
-            for process in active_children():
+            for process in set(active_children()) - others:
                 process.terminate()
             raise
 

@@ -61,11 +61,10 @@ def _all_warmed(
     """Warm all areas side by side."""
     from hwsim.command._side_by_side import SideBySide
 
-    tell(0.0, f"{next(iter(areas))}: first use")
-    begin, stages = time.monotonic(), partial(_stage, areas, arguments_of)
-    counts = SideBySide(stages, {name: _kernels(name) for name in areas}, tell).carried_out(processes)
-    lasted = time.monotonic() - begin
-    return [_said(name, counts[name], lasted) for name in areas]
+    tell(0.0, f"{', '.join(areas)}: first use")
+    kernels, stages = {name: _kernels(name) for name in areas}, partial(_stage, areas, arguments_of)
+    counts = SideBySide(stages, kernels, tell).carried_out(processes)
+    return [_said(name, counts[name]) for name in areas]
 
 
 def _warmed(area: AreaCommand, tell: Progress, arguments_of: ArgumentsOf) -> str:
@@ -75,7 +74,7 @@ def _warmed(area: AreaCommand, tell: Progress, arguments_of: ArgumentsOf) -> str
     areas = {area.name: area}
     count = _stage(areas, arguments_of, area.name, 0, portions.next(first, own))
     count += _stage(areas, arguments_of, area.name, 1, portions.next(own))
-    return _said(area.name, count, time.monotonic() - begin)
+    return _said(area.name, count, f" in {time.monotonic() - begin:.0f} s")
 
 
 def _kernels(name: str) -> tuple[int, int]:
@@ -101,8 +100,8 @@ def _stage(
     return listener.count - before
 
 
-def _said(name: str, count: int, lasted: float) -> str:
-    return f"{name}: compiled {count} kernels in {lasted:.0f} s" if count else f"{name}: compiled already"
+def _said(name: str, count: int, lasted: str = "") -> str:
+    return f"{name}: compiled {count} kernels{lasted}" if count else f"{name}: compiled already"
 
 
 def _one_part(area: AreaCommand, arguments_of: ArgumentsOf) -> None:

