@@ -144,15 +144,8 @@ def _vertex(levels, a, qa, qb, qc, e, qe):
 
 
 @compiled(fastmath=REORDER)
-def _next(a, b, c, qa, qb, qc, halve, guess):
-    """Next level inside the bracket a < b < c: the guess, or one beside it where it is the lowest so far.
-
-    A guess outside is none; then the vertex of the parabola over the levels' numbers, or half.
-    """
-    if a < guess < c:
-        if guess != b:
-            return guess
-        return b + 1 if c - b > b - a else b - 1
+def _next(a, b, c, qa, qb, qc, halve):
+    """Next level inside the bracket a < b < c: vertex of the parabola over the levels' numbers, or half."""
     if b - a <= 0 or (halve and c - b >= b - a):
         return b + 1 if b - a <= 0 else (b + c) // 2 if c - b > 1 else b - 1
     if c - b <= 0 or halve:
@@ -169,18 +162,18 @@ def _next(a, b, c, qa, qb, qc, halve, guess):
 
 @compiled(fastmath=REORDER, forceinline=True)  # a call copies all tables' shapes, 0.1 us
 def _descend(
-    group, base, node, f, guess, low, high, stride, q, before, after, tables, value, flipped, level, levels
+    group, base, node, f, low, high, stride, q, before, after, tables, value, flipped, level, levels
 ):
     """Find the minimum around level `f` (value `q`, neighbours `before`, `after`) in the regime [low, high].
 
     A bracket a < b < c of levels closes until they are neighbours; at an end of the regime a or c equals b.
-    `guess`: the level that may be b then. Return control, value, its estimated error, and b.
+    Return control, value, and its estimated error.
     """
     a, b, c = max(f - stride, low), f, min(f + stride, high)
     qa, qb, qc = before, q, after
     tries = 0
     while b - a > 1 or c - b > 1:
-        x = _next(a, b, c, qa, qb, qc, tries > 4, guess)
+        x = _next(a, b, c, qa, qb, qc, tries > 4)
         qx = _expect(group, base + x, node, tables, value, flipped, level)
         if qx < qb:
             if x < b:
@@ -194,13 +187,13 @@ def _descend(
             c, qc = x, qx
         tries += 1
     if a == b or c == b or not (np.isfinite(qa) and np.isfinite(qb) and np.isfinite(qc)):
-        return levels[b], qb, 0.0, b
+        return levels[b], qb, 0.0
     e = c + 1 if c < high else a - 1
     qe = _expect(group, base + e, node, tables, value, flipped, level) if e >= low else np.inf
     u, best, wrong = _vertex(levels, a, qa, qb, qc, e, qe)
     if tables[9][group, base + b]:
-        return levels[b], qb, UNSEEN * min(qa - qb, qc - qb), b
-    return u, best, wrong, b
+        return levels[b], qb, UNSEEN * min(qa - qb, qc - qb)
+    return u, best, wrong
 
 
 @compiled(fastmath=REORDER)
@@ -228,16 +221,16 @@ def _search(
                 line = coarse_q[k]
                 before = coarse_q[k - 1] if k > begin else none
                 after = coarse_q[k + 1] if k < end else none
-                f, found = (k - a * scanned) * stride, -1  # the minimum of the node before is a good guess
+                f = (k - a * scanned) * stride
                 for node in range(nodes):
                     q = line[node]
                     if not (q < before[node] and q <= after[node]):
                         continue
                     u, wrong = levels[f], 0.0
                     if refine and high > low and _promising(q, before[node], after[node], out_q[node]):
-                        u, q, wrong, found = _descend(
-                            group, base + a * count, node, f, found, low, high, stride,
-                            q, before[node], after[node], tables, value, flipped, level, levels,
+                        u, q, wrong = _descend(
+                            group, base + a * count, node, f, low, high, stride, q, before[node], after[node],
+                            tables, value, flipped, level, levels,
                         )  # fmt: skip
                     if q < best[node] - _tie(best[node]) or best[node] == np.inf:
                         best[node], out_u[node], out_a[node] = q, u, a
