@@ -258,11 +258,13 @@ def failing_work(name, number, tell):
 
 
 def test_a_work_that_fails_ends_its_processes_and_no_other():
-    other = get_context("spawn").Process(target=time.sleep, args=(60.0,))
+    other = get_context("spawn").Process(target=time.sleep, args=(60.0,), daemon=True)
     other.start()
+    others = set(active_children())
     with pytest.raises(ValueError, match="one"):
         SideBySide(failing_work, {"one": (1.0,)}, lambda share, text: None).carried_out(1)
-    assert other in active_children() and other.is_alive()
+    other.join(0.2)  # time to end, if it was told to
+    assert set(active_children()) == others and other.is_alive()
     other.kill()
     other.join()
 

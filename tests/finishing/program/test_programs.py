@@ -15,6 +15,7 @@ from sdpgrind.finishing._program.blocks import fits
 from sdpgrind.finishing._program.course import Run, frames_of
 from sdpgrind.finishing._program.form import turn_vectors
 from sdpgrind.finishing._program.krl import euler_angles
+from sdpgrind.finishing._program.turns import turns_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:.* is not the language of the")
 
@@ -310,3 +311,12 @@ def test_a_killed_save_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         program.save(file)
     assert file.read_text() == "old" and list(tmp_path.iterdir()) == [file]
+
+
+def test_quaternions_are_those_of_scipy_also_of_half_turns_and_of_what_is_no_rotation():
+    poses = np.tile(np.eye(4), (300, 1, 1))
+    poses[:, :3, :3] = Rotation.random(300, random_state=1).as_matrix()
+    poses[:3, :3, :3] = Rotation.from_rotvec(np.pi * np.eye(3)).as_matrix()
+    np.testing.assert_allclose(turns_of(poses), Rotation.from_matrix(poses[:, :3, :3]).as_quat(), atol=1e-15)
+    poses[7, :3, :3] *= 1.0 + 1e-6
+    np.testing.assert_array_equal(turns_of(poses), Rotation.from_matrix(poses[:, :3, :3]).as_quat())

@@ -67,6 +67,17 @@ def test_inside_is_even_and_odd(u, v):
         assert bool(patch.contains(u, v)) == told
 
 
+def test_inside_of_many_sides_is_a_turn_of_the_angle_about_the_place():
+    """The sides of other bands of v are not looked at; here all of them are."""
+    rng = np.random.default_rng(2)
+    angle = 2 * np.pi * (np.arange(60) + rng.uniform(0, 0.9, 60)) / 60
+    ends = 0.5 + rng.uniform(0.1, 0.45, 60)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    star = np.append(ends, ends[:1], axis=0)
+    places = rng.random((2000, 2))
+    seen = np.unwrap(np.angle((star[:, None] - places) @ [1.0, 1.0j]), axis=0)
+    np.testing.assert_array_equal(Patch(FLAT, [star]).contains(*places.T), abs(seen[-1] - seen[0]) > 1.0)
+
+
 def test_a_patch_is_a_value():
     patch = Patch(FLAT, [HOLE, SQUARE], name="top")
     assert patch == Patch(FLAT, [SQUARE, HOLE], name="top") and hash(patch) == hash(decode(encode(patch)))
