@@ -69,6 +69,13 @@ def rows() -> Iterator[Row]:
     yield Row("diffusivity x1.1, declared 5 %", 0, np.inf, {"diffusivity_sd": 0.05}, wider, parts=400)
     gain = {"power_gain": 0.98}
     yield Row("power gain 0.98, declared 2 %", 0, np.inf, {"power_gain_sd": 0.02}, grinder=gain, parts=400)
+    for by, tick, burned in ((0.01, 0.04, 8), (0.02, 0.04, 20), (0.02, 0.01, 8)):
+        dulls = {"wear": plunge.Wear(by * SIMULATION.model.wear_flat_area / SIMULATION.stock)}
+        name, sampled = (
+            f"dulls by {100 * by:g} % in a part, unknown, {1000 * tick:g} ms",
+            {"sample_time": tick},
+        )
+        yield Row(name, burned, 0.8, sampled, dulls | sampled, note=f"{100 * by:g} sd of its change")
     yield Row("confidence 0.99, B sd 2 %", 60, np.inf, {"burning_sd": 0.02}, drawn={"burning_sd": 0.02},
               confidence=0.99, note="calibrated where 12 to 60 burn")  # fmt: skip
     round_enough = 3.05e-3
@@ -123,6 +130,8 @@ def ground(row: Row, piece: tuple[int, int]) -> np.ndarray:
     believed = truth.replace(wear_flat_area=row.low * truth.model.wear_flat_area, **row.believed)
     if "grinding_ratio" in row.truth:
         believed = believed.replace(grinding_ratio=np.inf)
+    if "wear" in row.truth:
+        believed = believed.replace(wear=None)
     if "burning" in row.truth or "diffusivity" in row.truth:
         believed = believed.replace(**{name: getattr(row.problem.model, name) for name in row.truth})
     names = ("burning_sd", "diffusivity_sd", "sharpness_sd", "deflection_sd")
@@ -154,7 +163,8 @@ def optimum(problem: plunge.CycleProblem) -> float:
     """Time (s) of the fastest cycle of a model, kept."""
     key = repr(problem)
     if key not in _OPTIMA:
-        _OPTIMA[key] = plunge.plan(problem).time
+        method = "exact" if problem.model.wear is None else "dp"
+        _OPTIMA[key] = plunge.plan(problem, method=method).time
     return _OPTIMA[key]
 
 

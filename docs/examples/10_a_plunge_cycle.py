@@ -39,7 +39,7 @@ def time_of(controller):
 
 
 known = problem.replace(uncertainty=plunge.Uncertainty(
-    burning_sd=0.0, sharpness_sd=0.0, deflection_sd=0.0, contact_zero_sd=0.0, size_sd=0.0, power_sd=0.0))  # fmt: skip
+    burning_sd=0.0, sharpness_sd=0.0, sharpness_change_sd=0.0, deflection_sd=0.0, contact_zero_sd=0.0, size_sd=0.0, power_sd=0.0))  # fmt: skip
 exactly = {"roundness_margin": 0.0}
 times = {
     "fastest there is": best.time,

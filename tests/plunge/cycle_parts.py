@@ -7,8 +7,8 @@ from sdpgrind import plunge
 from sdpgrind.base.rng import children
 
 PROBLEM = plunge.preset("simulation")
-# all is known, nothing is noisy
-EMPTY = plunge.Uncertainty(burning_sd=0.0, **dict.fromkeys(
+# all is known, nothing is noisy; with a wheel that may not change at all, none would be learned
+EMPTY = plunge.Uncertainty(burning_sd=0.0, sharpness_change_sd=0.0013, **dict.fromkeys(
     ("sharpness_sd", "deflection_sd", "contact_zero_sd", "size_sd", "power_sd", "threshold_scatter"), 0.0
 ))  # fmt: skip
 KNOWN = PROBLEM.replace(uncertainty=EMPTY)

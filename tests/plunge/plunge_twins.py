@@ -189,7 +189,10 @@ class Filter:
             return
         after, x, v = self.stepped(self.mean, before, middle)
         slopes = self.jacobian(self.mean, x, v)
-        drift = np.diag([1e-10, 0.0, 0.0, 6e-6 * v, 0.0, 0.0, 0.0]) * self.dt
+        share = v * self.dt / self.problem.stock
+        drift = np.diag(
+            [1e-10 * self.dt, 0.0, 0.0, self.doubts.sharpness_change_sd**2 * share, 0.0, 0.0, 0.0]
+        )
         self.mean, self.covariance = after, slopes @ self.covariance @ slopes.T + drift
 
     def correct(self, off, row, variance):

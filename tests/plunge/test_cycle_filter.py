@@ -27,8 +27,9 @@ MACHINES = [
     DOUBTED.replace(power_lag=0.2),
     DOUBTED.replace(feed_lag=0.05, feed_delay=0.04, power_lag=0.1, grinding_ratio=60.0),
     BELIEVED.replace(wear=plunge.Wear(0.02)),
+    BELIEVED.replace(sharpness_change_sd=0.05),
 ]
-NAMES = ["plain", "doubted", "lag", "dead time", "slow power", "all, and wheel wear", "dulls"]
+NAMES = ["plain", "doubted", "lag", "dead time", "slow power", "all, and wheel wear", "dulls", "changes"]
 
 
 def filtered(state):

@@ -41,7 +41,9 @@ STIFF = [
 
 def problem_of(values):
     known = dict(zip(NAMES, values, strict=True))
-    return KNOWN.replace(burning=physics.BurningLimit(6.205, known.pop("B")), time_constant=None, **known)
+    walk = 0.0013 * (known["stock"] / KNOWN.stock) ** 0.5  # as much in a millimetre
+    burning = physics.BurningLimit(6.205, known.pop("B"))
+    return KNOWN.replace(burning=burning, time_constant=None, sharpness_change_sd=walk, **known)
 
 
 def over_damage(problem):

@@ -157,6 +157,7 @@ class CycleController(SampledCycle, Described):
             "power_sd": doubts.power_sd,
             "scale_sd": doubts.deflection_sd,
             "sharpness_sd": doubts.sharpness_sd,
+            "sharpness_walk": doubts.sharpness_change_sd**2 / self.problem.stock,
             "wheel_wear": model.wheel_wear,
             "wear_sd": doubts.wheel_wear_sd,
         }

@@ -13,11 +13,9 @@ from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control.filter_state import GAIN, LOAD, SHARPNESS, SHOWN, STATES, STIFFNESS, WEAR, Q
 from sdpgrind.plunge._model.kernels import _rate_near, _worn
 
-# Process noise, as a variance over time or work, so that no doubt hangs on how often one looks: of q, mm^2/s,
-# and of the sharpness, relative, 1/mm of stock, as a wheel changes by what it grinds, not by waiting. 0 would
-# stop the learning. chosen: 2 nm in 0.04 s; 1e-4 in 0.04 s at 0.0417 mm/s, 0.13 % in 0.282 mm. measured: at
-# twice as much a known wheel that grinds without learning stops 0.67 um before the damage, not 0.58 um
-SIZE_WALK, SHARPNESS_WALK = 1e-10, 6e-6
+# Process noise of q, mm^2/s, as a variance over time, so that no doubt hangs on how often one looks. chosen:
+# 2 nm in 0.04 s. That of the sharpness is declared, over stock: a wheel changes by grinding, not by waiting
+SIZE_WALK = 1e-10
 
 
 @compiled(error_model="numpy", inline="always")
@@ -58,7 +56,7 @@ def predict(s, law, before, middle):
     s.mean[SHARPNESS] += law.growth * at * dt
     _spread(s, law, stiff * dt)
     s.cov[Q * STATES + Q] += SIZE_WALK * dt
-    s.cov[SHARPNESS * STATES + SHARPNESS] += SHARPNESS_WALK * at * dt
+    s.cov[SHARPNESS * STATES + SHARPNESS] += law.sharpness_walk * at * dt
     s.mean[SHOWN] = law.power_pole * s.mean[SHOWN] + (1.0 - law.power_pole) * power
     s.rate = at
 

@@ -43,7 +43,8 @@ LAW = record(
     " time_constant s, gain 1, size_sd mm, power_sd 1, zero_sd mm, scale_sd 1, sharpness_sd 1, growth 1/mm,"
     " rough_rate mm/s, stage_remaining mm, stage_rate mm/s,"
     " k_static 1, k_filter 1, burning_sd 1, diffusivity_sd 1, gain_sd 1, wheel_wear 1, wear_sd 1,"
-    " coolest_rate mm/s, feed_lag s, feed_delay 1, power_lag s, power_pole 1, idle_power W"
+    " coolest_rate mm/s, sharpness_walk 1/mm, feed_lag s, feed_delay 1, power_lag s, power_pole 1,"
+    " idle_power W"
 )
 
 
