@@ -2,6 +2,7 @@
 so.
 """
 
+import gc
 import json
 import os
 import pickle
@@ -510,3 +511,17 @@ def test_a_kernel_types_each_operation_on_numbers_and_asks_for_each_size_once(mo
     assert kernel(1.0, 2.0) == sums(1.0, 2.0)
     assert len(typed) == len(set(typed)) == 2  # a sum and a product
     assert len(sized) == len(set(sized)) > 0
+
+
+def test_what_compiling_made_counts_as_old_and_what_a_user_froze_stays_frozen():
+    """This kernel makes 1700 objects, others 50 times as many; the next one would begin a walk through them."""
+    kernel = compiled(lambda x: x + 1)
+    kernel._cache = NullCache()
+    kernel.compile((types.int64,))
+    assert gc.get_count()[0] < 500
+    gc.freeze()
+    try:
+        kernel.compile((types.float64,))
+        assert gc.get_freeze_count() > 50_000 and gc.get_count()[0] > 1000
+    finally:
+        gc.unfreeze()
