@@ -54,8 +54,8 @@ class Uncertainty(Described):
     burning_sd: float | None = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=None)
     diffusivity_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.0)
     sharpness_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.1)
-    # chosen: wheels that dull by 2 % in a part, undeclared, burn 13 of 4000 parts at samples of 40 ms and 1 at
-    # 10 ms (with 0.0013, 14 of 150 and 31 of 60), for 0.05 % of the time
+    # chosen: wheels that dull by 2 % in a part, undeclared, burn 13 of 4000 parts at samples of 40 ms and
+    # 1 at 10 ms (with 0.0013, 14 of 150 and 31 of 60), for 0.05 % of the time
     sharpness_change_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.01)
     deflection_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.1)
     contact_zero_sd: float = quantity("mm", at_least=0, usual=(0.0, 1.0), typical=0.01, default=0.01)
