@@ -36,13 +36,13 @@ class Job:
             "--out",
             str(out),
         ]
-        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
     def finish(self, out: Path) -> bytes:
         """Run to the end and give the saved log."""
         _, error = (process := self.start(out)).communicate()
         if process.returncode != 0:
-            raise RuntimeError(f"exit status {process.returncode}: {error.decode()}")
+            raise RuntimeError(f"exit status {process.returncode}: {error}")
         return (out / "run.nc").read_bytes()
 
 

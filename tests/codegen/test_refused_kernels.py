@@ -75,8 +75,8 @@ def fast(state, x, out):
 
 
 @compiled(error_model="numpy")
-def sorted_(state, x, out):
-    out[0] = np.median(state)
+def summed(state, x, out):
+    out[0] = np.sum(state)
     return 0
 
 
@@ -118,7 +118,7 @@ CASES = {
     inverse: "a whole power that is computed, or negative, is not translated; divide by the power",
     computed_power: "a whole power that is computed, or negative, is not translated; divide by the power",
     fast: "fastmath is not translated; leave it out",
-    sorted_: "the function median is not translated; use one of: sqrt",
+    summed: "the function sum is not translated; use one of: sqrt",
     four_bytes: "arithmetic of four-byte floats is not translated; write np.float64(...)",
     behind: "the index 3 of 3 elements is not translated; stay within them",
     before: "the index -4 of 3 elements is not translated; stay within them",

@@ -1,7 +1,6 @@
 """``hwsim locus``: jobs as TOML, what it prints and keeps, what it refuses, kill -9 in the middle of a run."""
 
 import importlib.util
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli_fakes import only_news, pictures_of_page, without_news
+from hwsim_forked import Command
 
 import hwsim
 import sdpgrind
@@ -221,9 +221,7 @@ def test_killed_in_the_middle_and_resumed(tmp_path, capsys):
     """The journal holds whole parts; the same command gives the log of an uninterrupted run."""
     arguments = [str(EXAMPLE), "--parts", "100", "--rng", "3", "--no-pictures", "--out"]
     out = tmp_path / "killed"
-    with subprocess.Popen(
-        [sys.executable, "-m", "hwsim.cli", "locus", *arguments, str(out)], stdout=subprocess.DEVNULL
-    ) as run:
+    with Command("locus", *arguments, out) as run:
         while run.poll() is None and kill.parts_in(out) < 3:
             time.sleep(0.02)
         run.kill()

@@ -3,14 +3,13 @@
 import os
 import re
 import signal
-import subprocess
-import sys
 import threading
 import time
 
 import numpy as np
 import pytest
 from cli_fakes import without_news
+from hwsim_forked import Command
 
 import hwsim
 import sdpgrind
@@ -105,15 +104,14 @@ def test_shadow_reports_what_the_own_control_made(plan, capsys):
 
 
 def test_a_served_job_ends_with_a_signal():
-    command = [sys.executable, "-m", "hwsim", "plunge", "--preset", "simulation", "--serve", ANY, *OPEN]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        line = process.stderr.readline()
-        url = re.search(r"PlungeGrinder at (\S+), keeping wall time", line)[1]
-        plant = hwsim.OpcuaPlant(url, security="none")
-        assert plant.accepts["retract"] == "" and not plant.lockstep
-        plant.close()
-        process.send_signal(signal.SIGINT)
-        out, error = process.communicate(timeout=30)
+    process = Command("plunge", "--preset", "simulation", "--serve", ANY, *OPEN)
+    line = process.stderr.readline()
+    url = re.search(r"PlungeGrinder at (\S+), keeping wall time", line)[1]
+    plant = hwsim.OpcuaPlant(url, security="none")
+    assert plant.accepts["retract"] == "" and not plant.lockstep
+    plant.close()
+    process.send_signal(signal.SIGINT)
+    out, error = process.communicate()
     assert (process.returncode, out, error) == (0, "0 parts finished, 0 aborted\n", "")
 
 

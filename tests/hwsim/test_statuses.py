@@ -5,7 +5,6 @@ import errno
 import io
 import os
 import re
-import resource
 import signal
 import sqlite3
 import subprocess
@@ -15,6 +14,7 @@ import time
 from pathlib import Path
 
 import pytest
+from hwsim_forked import Command
 
 import hwsim
 from hwsim._log.journal import SecondWriterError
@@ -118,21 +118,22 @@ def test_a_fault_of_ours_is_one_line_and_a_file(capsys):
     kept.unlink()
 
 
-@pytest.mark.parametrize("closed", [True, False])
-def test_what_nobody_reads_on_standard_error_changes_nothing(closed):
-    """Closed, the first line of a command went to its output; with a reader that had gone nothing was done."""
-    command = [*COMMAND, "roundness", "tests/data/samples/ring.x3p", "--radius", "40"]
-    read, write = os.pipe()
-    os.close(read)
+RING = ["roundness", "tests/data/samples/ring.x3p", "--radius", "40"]
+
+
+def test_a_closed_standard_error_changes_nothing():
+    """The first line of a command went to its output."""
     quiet = subprocess.run(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=write,
-        preexec_fn=(lambda: os.close(2)) if closed else None,
-        text=True,
+        [*COMMAND, *RING], stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2), text=True
     )
-    os.close(write)
     assert quiet.returncode == 0 and quiet.stdout.startswith("file    ring.x3p: 500 points\n")
+
+
+def test_what_nobody_reads_on_standard_error_changes_nothing():
+    """With a reader that had gone nothing was done."""
+    quiet = Command(*RING, unread=True)
+    out, _ = quiet.communicate()
+    assert quiet.returncode == 0 and out.startswith("file    ring.x3p: 500 points\n")
 
 
 def test_a_second_writer_is_refused_with_the_first_ones_name(tmp_path, capsys):
@@ -193,21 +194,13 @@ def test_of_many_that_come_at_once_one_holds_the_lock(tmp_path):
     assert won[0] >= 50 / 4
 
 
-def limited():
-    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
-
-
 def test_a_full_disk_is_one_line_and_nothing_half_written(policy, tmp_path):
-    # Without bytecode: Python 3.11 would leave that of a new module cut at the limit, for all later processes.
-    known = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
-    done = subprocess.run(
-        [*COMMAND, *BEADS, "--policy", policy, "--parts", "2", "--out", str(tmp_path / "run")], env=known,
-        preexec_fn=limited, capture_output=True, text=True, check=False, timeout=200,
-    )  # fmt: skip
-    assert done.returncode == 3, done.stderr
-    assert "Traceback" not in done.stderr
-    assert done.stderr.splitlines()[-1].startswith("hwsim: ")
+    given = ["--policy", policy, "--parts", "2", "--out", tmp_path / "run"]
+    done = Command(*BEADS, *given, full_disk=True)
+    _, said = done.communicate()
+    assert done.returncode == 3, said
+    assert "Traceback" not in said
+    assert said.splitlines()[-1].startswith("hwsim: ")
     assert not list((tmp_path / "run").glob("*.nc"))
 
 
@@ -231,14 +224,11 @@ def test_a_signal_during_the_imports_is_silent(number):
 )
 def test_a_signal_leaves_one_line_and_no_lock(number, status, during, policy, tmp_path):
     given = ["--policy", policy] if during.startswith("running") else []
-    process = subprocess.Popen(
-        [*COMMAND, *BEADS, *given, "--parts", "1000", "--out", str(tmp_path / "run")],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+    process = Command(*BEADS, *given, "--parts", "1000", "--out", tmp_path / "run")
     begun = next(line for line in iter(process.stderr.readline, "") if line.startswith(f"hwsim: {during}"))
     time.sleep(0.1 if during.endswith("...") else 0.0)  # s; a part takes as long
     process.send_signal(number)
-    _, said = process.communicate(timeout=100)
+    _, said = process.communicate()
     assert process.returncode == status, begun + said
     assert "Traceback" not in said
     assert said.splitlines()[-1].endswith("the same command with the same --out goes on from here")
