@@ -73,11 +73,15 @@ def test_spawned_processes(serial, workers):
 
 @pytest.mark.slow
 def test_dask(serial):
-    """Two blocks at a time in one process beside this one: a second process would import all once more."""
+    """Two blocks at a time, sent over sockets within this process: another would import all once more."""
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(
-            n_workers=1, threads_per_worker=2, processes=True, dashboard_address="127.0.0.1:0"
+            n_workers=1,
+            threads_per_worker=2,
+            processes=False,
+            protocol="tcp://",
+            dashboard_address="127.0.0.1:0",
         ) as cluster,
         distributed.Client(cluster) as client,
     ):

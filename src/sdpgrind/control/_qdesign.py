@@ -70,7 +70,7 @@ def q_design(
     taps : int
         Number of coefficients, a whole number; the bandwidth grows with it to a limit.
     tolerance : float
-        Relative width at which the search stops, dimensionless.
+        Relative width of the bandwidth at which the search stops, dimensionless.
 
     Returns
     -------
@@ -104,43 +104,38 @@ def q_design(
 
 
 def _largest(problem: "_Problem", start: float, tolerance: float) -> float:
-    """Largest feasible bandwidth, rad/s, by false position (Illinois); `problem` keeps its coefficients."""
-    low, below, high, above = _bracket(problem, start)
-    last = 0
-    while high - low > tolerance * low:
-        share = below / (below - above) if np.isfinite(above) else 0.5
-        least = 0.5 * tolerance * low  # so that the other side of the root is tried, too
-        middle = min(max(low + share * (high - low), low + least), high - least)
-        excess = problem.excess(middle)
-        if excess > 0.0:
-            high, above, below, last = middle, excess, 0.5 * below if last > 0 else below, 1
+    """Largest feasible bandwidth, rad/s; `problem` keeps its coefficients.
+
+    The more points of the grid are held below the slope, the less bandwidth is left by them. Hence what `k`
+    points leave is feasible where it reaches past the point before them, and a limit for more points; where
+    it does not, fewer points reach as far at least.
+    """
+    grid = np.append(0.0, problem.frequency)  # of k points the last one, from 1 on
+    least, most, known, low = 0, grid.size, 1, 0.0  # points: feasible, infeasible, feasible but not solved
+    k = int(np.searchsorted(grid[:-1], start))
+    while k < most and grid[most - 1] > (1 + tolerance) * low:
+        left = problem.bandwidth_left(k)
+        reached = int(np.searchsorted(grid, left))
+        if left > grid[k - 1]:
+            least, most, low = k, min(most, reached + 1), min(left, float(grid[k]))
+            problem.keep()
         else:
-            low, below, above, last = middle, excess, 0.5 * above if last < 0 else above, -1
+            most, known = k, max(known, reached)
+        k = (max(known, least + 1) + most) // 2
+    if low == 0.0:
+        raise ValueError(f"limits leave no filter at all: bandwidth {grid[1]:.3g} rad/s cannot be reached")
     return low
 
 
-def _bracket(problem: "_Problem", start: float) -> tuple[float, float, float, float]:
-    """Feasible and infeasible bandwidth, rad/s, a factor of 2 apart, each with its excess; from `start`."""
-    low, below = start, problem.excess(start)
-    while below > 0.0:
-        low /= 4
-        if low < 1e-3 * start:
-            raise ValueError(f"limits leave no filter at all: bandwidth {low:.3g} rad/s cannot be reached")
-        below = problem.excess(low)
-    while (above := problem.excess(2 * low)) <= 0.0:
-        low, below = 2 * low, above
-    return low, below, 2 * low, above
-
-
 class _Problem:
-    """Convex problem with the bandwidth as parameter: least factor on the slope limit that is feasible."""
+    """Convex problem with the points held below the slope as parameter: least factor on it."""
 
     def __init__(self, plant: Sampled, limits: QLimits, gain: float, taps: int) -> None:
         cp: Any = importlib.import_module("cvxpy")  # 1 s to import, needed nowhere else
-        self._frequency = _frequencies(plant.sample_time)
+        self.frequency = _frequencies(plant.sample_time)
         self._q, self._factor = cp.Variable(taps), cp.Variable()
-        self._slope = cp.Parameter(len(self._frequency), nonneg=True)
-        tracking = _rows(self._frequency, plant.sample_time, taps) * plant.response(self._frequency)[:, None]
+        self._slope = cp.Parameter(len(self.frequency), nonneg=True)
+        tracking = _rows(self.frequency, plant.sample_time, taps) * plant.response(self.frequency)[:, None]
         sensitivity = _size(cp, -tracking, np.ones(len(tracking)), self._q)
         keep = [
             cp.sum(self._q) == 1,
@@ -154,24 +149,21 @@ class _Problem:
             keep.append(_size(cp, rows, np.zeros(len(w)), self._q) <= limits.weighted_max * (1 - _SLACK))
         self._problem = cp.Problem(cp.Minimize(self._factor), keep)
 
-    def excess(self, bandwidth: float) -> float:
-        """Least factor of one bandwidth (rad/s) less that which is feasible; <= 0: the coefficients are kept.
-
-        It grows with the bandwidth. inf: there is none.
-        """
-        slope = HALF_POWER * self._frequency / bandwidth
-        # One point beyond: it holds up to the bandwidth.
-        beyond = min(int(np.searchsorted(self._frequency, bandwidth)), len(self._frequency) - 1)
-        self._slope.value = np.where(self._frequency <= self._frequency[beyond], slope, 1e2)
+    def bandwidth_left(self, points: int) -> float:
+        """Bandwidth (rad/s) that is left where abs(S) is below the slope at the first points; 0: none."""
+        last = self.frequency[points - 1]
+        slope = HALF_POWER * self.frequency / last
+        self._slope.value = np.where(self.frequency <= last, slope, 1e2)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # near the edge of what is feasible; the factor below decides
             self._problem.solve(solver="CLARABEL")
         if self._problem.status not in ("optimal", "optimal_inaccurate"):
-            return np.inf
-        excess = float(self._factor.value) - (1 - _SLACK / 2)
-        if excess <= 0.0:
-            self.coefficients: Floats = np.array(self._q.value)
-        return excess
+            return 0.0
+        return float(last * (1 - _SLACK / 2) / self._factor.value)
+
+    def keep(self) -> None:
+        """Keep the coefficients found last."""
+        self.coefficients: Floats = np.array(self._q.value)
 
 
 def _frequencies(sample_time: float) -> Floats:

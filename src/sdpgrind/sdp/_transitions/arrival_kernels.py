@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.cpython.unsafe.tuple import tuple_setitem
 
 from sdpgrind.base.compiling.compiled import compiled
 
@@ -126,3 +127,46 @@ def _arrived(reached, edges, ahead, beyond, paid, node, part):
             ended, paid = _left(y, k, edges, paid, beyond)
         node[k], part[k] = _place(y, k, edges)
     return paid if ended else _interpolated(ahead, len(reached), edges.shape, node, part, paid), worst
+
+
+@compiled(error_model="numpy")
+def arrive(reached, paid, weight, axes, edges, ahead, beyond, penalty, worst, q):
+    """q[node] = E (value(next) + charges), 0 where the penalty is infinite.
+
+    Parameters
+    ----------
+    reached : array, (nodes, noise, n)
+        States.
+    paid : array, (nodes, noise)
+        Charge ($) of each step.
+    weight : array, (noise,)
+        Probabilities.
+    axes : tuple of n floats
+        Room for a state: its length is compiled in.
+    edges, ahead, beyond
+        As of `_arrived`.
+    penalty : array, (nodes,)
+        Charge ($) of the move.
+    worst : float
+        What the last call returned; NaN before the first.
+    q : array, (nodes,)
+        Result, $.
+
+    Returns
+    -------
+    float
+        Worst coordinate that left a refused edge (NaN: none did; infinite: one was no number).
+    """
+    low, part = np.empty(len(axes), dtype=np.int64), np.empty(len(axes))
+    for node in range(q.size):
+        total = 0.0
+        if penalty[node] != np.inf:
+            for k in range(weight.size):
+                x = axes
+                for axis in range(len(axes)):
+                    x = tuple_setitem(x, axis, reached[node, k, axis])
+                here, refused = _arrived(x, edges, ahead, beyond, paid[node, k], low, part)
+                worst = worst if np.isnan(refused) else refused
+                total += weight[k] * here
+        q[node] = total
+    return worst

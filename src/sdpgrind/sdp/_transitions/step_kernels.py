@@ -1,7 +1,8 @@
 """User's step in a compiled kernel, on floats, for moves too large to tabulate."""
 
 import inspect
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,12 +22,14 @@ from sdpgrind.sdp._transitions.arrival_kernels import (
     REFUSE,
     STOP,
     EdgeTables,
-    _arrived,
+    arrive,
 )
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.sampled import Sampled, no_charge, not_for_axes
 
 _KINDS = {Constant: CONSTANT, Linear: LINEAR, Quadratic: QUADRATIC}
+# nobody calls a step from C: its door would take a sixth of the time to compile
+_njit: Any = partial(njit, error_model="numpy", no_cfunc_wrapper=True)
 
 
 class Block(Protocol):
@@ -62,59 +65,56 @@ def _kernel(
     sizes: tuple[int, int, int, int],
     read: Any,
 ) -> Any:
-    """The sweep over rows, nodes and noise for one step function; compiled once for each."""
+    """The steps of a row's nodes and noise, by one step function; compiled once for each.
+
+    It holds no more than the user's functions: what happens where they arrive is compiled but once.
+    """
     n_state, n_control, n_noise, n_axes = sizes
-    step = njit(step, error_model="numpy")
-    charge = njit(charge, error_model="numpy") if charge is not None else None
+    inner = _njit(no_cpython_wrapper=True)  # called by `walk` only
+    step = inner(step)
+    charge = inner(charge) if charge is not None else None
     charged = charge is not None
 
-    @njit(nogil=True, error_model="numpy")
-    def sweep(points, controls, noises, weight, edges, value, target, level, penalty, q):
-        """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite.
+    @_njit(nogil=True)
+    def walk(points, controls, noises, penalty, reached, paid):
+        """Put the next state [node, noise, axis] and the charge paid for it; skip infinite penalties.
 
-        Return the worst coordinate that left a refused edge (NaN: none did; infinite: one was no number).
+        Return how many coordinates the step gives.
         """
-        worst = np.nan
-        low, part = np.empty(n_axes, dtype=np.int64), np.empty(n_axes)
-        for row in range(controls.shape[0]):
-            c = control(*to_fixed_tuple(controls[row], n_control))
-            ahead, beyond = value[target[row]], level[target[row]]
-            for node in range(points.shape[0]):
-                if penalty[row, node] == np.inf:
-                    q[row, node] = 0.0
-                    continue
-                s = state(*to_fixed_tuple(points[node], n_state))
-                total = 0.0
-                for k in range(weight.size):
-                    x = step(s, c, noise(*to_fixed_tuple(noises[k], n_noise)))
-                    if len(x) != n_axes:
-                        raise TypeError(len(x))
-                    paid = 0.0
-                    if charged:
-                        paid += charge(s, c, after(*x))
-                    here, refused = _arrived(x, edges, ahead, beyond, paid, low, part)
-                    worst = worst if np.isnan(refused) else refused
-                    total += weight[k] * here
-                q[row, node] = total
-        return worst
+        given = n_axes
+        c = control(*to_fixed_tuple(controls, n_control))
+        for node in range(points.shape[0]):
+            if penalty[node] == np.inf:
+                continue
+            s = state(*to_fixed_tuple(points[node], n_state))
+            for k in range(noises.shape[0]):
+                x = step(s, c, noise(*to_fixed_tuple(noises[k], n_noise)))
+                given = len(x)
+                if given != n_axes:
+                    return given
+                for axis in range(n_axes):
+                    reached[node, k, axis] = x[axis]
+                if charged:
+                    paid[node, k] = charge(s, c, after(*x))
+        return given
 
-    return sweep
+    return walk
 
 
 def compiles(bundle: Block, move: Sampled) -> bool:
     """Whether the step and its charge compile; they are compiled then."""
-    value, level = np.zeros((1, 1)), np.zeros(1)
     try:
-        sweep, given = _call(bundle, move, 0, value, level, np.empty((bundle.menu.rows, bundle.count)))
-        return _compiles(sweep, tuple(typeof(x) for x in given))
+        _edges(bundle.menu)  # a charge that is a function is left to numpy
+        walk, given = _call(bundle, move, 0)
+        return _compiles(walk, tuple(typeof(x) for x in given(0)))
     except (TypeError, ValueError):  # no function, or of values that numba has no type of
         return False
 
 
 @lru_cache(maxsize=32)
-def _compiles(sweep: Any, types: tuple[Any, ...]) -> bool:
+def _compiles(walk: Any, types: tuple[Any, ...]) -> bool:
     try:
-        sweep.compile(types)
+        walk.compile(types)
     except Exception:  # numba raises errors of any type
         return False
     return True
@@ -124,12 +124,9 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
     """Return expectations [source, row, node] of a bundle by its compiled kernel."""
     menu = bundle.menu
     out = np.empty((bundle.sources.size, menu.rows, bundle.count))
+    edges = _edges(menu)
     for k in range(bundle.sources.size):
-        sweep, given = _call(bundle, move, k, value, level, out[k])
-        try:
-            worst = sweep(*given)
-        except TypeError as error:
-            raise not_for_axes(menu, f"a tuple of {error}") from None
+        worst = _swept(bundle, move, k, (value, level, edges), out[k])
         if np.isinf(worst):
             raise ValueError(f"move {menu.move.name!r}: step must give numbers; got NaN or an infinity")
         if not np.isnan(worst):
@@ -141,10 +138,26 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
     return out
 
 
-def _call(
-    bundle: Block, move: Sampled, k: int, value: Floats, level: Floats, out: Floats
-) -> tuple[Any, tuple[Any, ...]]:
-    """The kernel, and its arguments for the source `k`."""
+def _swept(
+    bundle: Block, move: Sampled, k: int, ahead: tuple[Floats, Floats, EdgeTables], out: Floats
+) -> float:
+    """Put the expectations [row, node] for the source `k`; return the worst coordinate, as `arrive`."""
+    value, level, edges = ahead
+    axes = (0.0,) * len(bundle.menu.grid.axes)
+    walk, given = _call(bundle, move, k)
+    worst = np.nan
+    for row, target in enumerate(bundle.target[k]):
+        args = given(row)
+        *_, penalty, reached, paid = args
+        if (count := walk(*args)) != len(axes):
+            raise not_for_axes(bundle.menu, f"a tuple of {count}")
+        behind = np.ascontiguousarray(value[target]), level[target], penalty
+        worst = arrive(reached, paid, bundle.weight, axes, edges, *behind, worst, out[row])
+    return float(worst)
+
+
+def _call(bundle: Block, move: Sampled, k: int) -> tuple[Any, Callable[[int], tuple[Floats, ...]]]:
+    """The kernel, and its arguments for a row of the source `k`; their room is the same for all rows."""
     menu = bundle.menu
     c = menu.row_controls()
     s = menu.state(
@@ -160,12 +173,15 @@ def _call(
         record("N", tuple(a.name for a in menu.grid.axes)),
     )
     read = _read(move.step), _read(move.charge)  # compiled in: other values make another kernel
-    return _kernel(move.step, move.charge, *types, sizes, read), (
-        _columns(s, bundle.count), _columns(c, menu.rows),
-        _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
-        _edges(menu),
-        *map(np.ascontiguousarray, (value, bundle.target[k], level, bundle.penalty[k])), out,
-    )  # fmt: skip
+    points, controls = _columns(s, bundle.count), _columns(c, menu.rows)
+    noises = _columns(tuple(bundle.noise.values()), bundle.weight.size)
+    penalty = np.ascontiguousarray(bundle.penalty[k])
+    reached = np.empty((bundle.count, bundle.weight.size, sizes[-1]))
+    paid = np.zeros(reached.shape[:2])
+    return (
+        _kernel(move.step, move.charge, *types, sizes, read),
+        lambda row: (points, controls[row], noises, penalty[row], reached, paid),
+    )
 
 
 def _read(function: Any) -> Any:

@@ -1,6 +1,6 @@
 """Model predictive control of the force: its linear law without limits, and its matrices."""
 
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -64,8 +64,16 @@ class Predictive(Described):
         """Return the law of largest bandwidth within `limits` on a `plant` (mm to N) for a `horizon`."""
         one = cls(horizon=horizon, plant=ForcePlant() if plant is None else plant)
 
+        @cache
+        def predicted(move_weight: float) -> HorizonPrediction:
+            return one.replace(move_weight=move_weight).prediction
+
+        @cache
+        def correcting(drift: float) -> Floats:
+            return one.replace(drift=drift).corrects
+
         def law(move_weight: float, drift: float) -> Law:
-            return one.replace(move_weight=float(move_weight), drift=float(drift)).law
+            return one._law(predicted(float(move_weight)), correcting(float(drift)))
 
         weight, drift = best_parameters(law, ((1e-3, 1e3), (3e-3, 3.0)), one.plant, limits, "predictive")
         return one.replace(move_weight=weight, drift=drift)
@@ -110,7 +118,11 @@ class Predictive(Described):
     @property
     def law(self) -> Law:
         """Law without limits, mm per N."""
-        model, look, M = self.drifting, self.prediction, self.corrects
+        return self._law(self.prediction, self.corrects)
+
+    def _law(self, look: HorizonPrediction, M: Floats) -> Law:
+        """Law of a prediction and of the changes per newton of innovation."""
+        model = self.drifting
         feed, held = look.gain[0] @ look.free, look.gain[0] @ look.held
         filtered = np.eye(model.order) - np.outer(M, model.C)
         row = np.append(-feed @ filtered, 1.0 - held)

@@ -147,7 +147,7 @@ class TiltedDisc(Described):
     def _table(self) -> tuple[Floats, Floats]:
         if self.rotational_stiffness is not None:
             return np.array([0.0, 1.0]), np.array([0.0, self.rotational_stiffness])
-        angles, torques = np.array(self.compliance).T
+        angles, torques = np.array(self.compliance).T.copy()  # columns, as kernels are compiled for
         return angles, torques
 
     @property
