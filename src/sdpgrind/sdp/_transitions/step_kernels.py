@@ -28,6 +28,7 @@ from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.sampled import Sampled, no_charge, not_for_axes
 
 _KINDS = {Constant: CONSTANT, Linear: LINEAR, Quadratic: QUADRATIC}
+_ROOM = 8192  # chosen: steps whose next states are kept until their values are looked up
 # nobody calls a step from C: its door would take a sixth of the time to compile
 _njit: Any = partial(njit, error_model="numpy", no_cfunc_wrapper=True)
 
@@ -106,7 +107,7 @@ def compiles(bundle: Block, move: Sampled) -> bool:
     try:
         _edges(bundle.menu)  # a charge that is a function is left to numpy
         walk, given = _call(bundle, move, 0)
-        return _compiles(walk, tuple(typeof(x) for x in given(0)))
+        return _compiles(walk, tuple(typeof(x) for x in given(0, _some(bundle)[0])))
     except (TypeError, ValueError):  # no function, or of values that numba has no type of
         return False
 
@@ -147,17 +148,24 @@ def _swept(
     walk, given = _call(bundle, move, k)
     worst = np.nan
     for row, target in enumerate(bundle.target[k]):
-        args = given(row)
-        *_, penalty, reached, paid = args
-        if (count := walk(*args)) != len(axes):
-            raise not_for_axes(bundle.menu, f"a tuple of {count}")
-        behind = np.ascontiguousarray(value[target]), level[target], penalty
-        worst = arrive(reached, paid, bundle.weight, axes, edges, *behind, worst, out[row])
+        behind = np.ascontiguousarray(value[target]), level[target]
+        for some in _some(bundle):
+            args = given(row, some)
+            *_, penalty, reached, paid = args
+            if (count := walk(*args)) != len(axes):
+                raise not_for_axes(bundle.menu, f"a tuple of {count}")
+            worst = arrive(reached, paid, bundle.weight, axes, edges, *behind, penalty, worst, out[row, some])
     return float(worst)
 
 
-def _call(bundle: Block, move: Sampled, k: int) -> tuple[Any, Callable[[int], tuple[Floats, ...]]]:
-    """The kernel, and its arguments for a row of the source `k`; their room is the same for all rows."""
+def _some(bundle: Block) -> list[slice]:
+    """Nodes that are evaluated at once: what they arrive at stays in the processor's cache."""
+    count = max(1, _ROOM // bundle.weight.size)
+    return [slice(k, min(k + count, bundle.count)) for k in range(0, bundle.count, count)]
+
+
+def _call(bundle: Block, move: Sampled, k: int) -> tuple[Any, Callable[[int, slice], tuple[Floats, ...]]]:
+    """The kernel, and its arguments for a row of the source `k` and some nodes; all have the same room."""
     menu = bundle.menu
     c = menu.row_controls()
     s = menu.state(
@@ -176,12 +184,14 @@ def _call(bundle: Block, move: Sampled, k: int) -> tuple[Any, Callable[[int], tu
     points, controls = _columns(s, bundle.count), _columns(c, menu.rows)
     noises = _columns(tuple(bundle.noise.values()), bundle.weight.size)
     penalty = np.ascontiguousarray(bundle.penalty[k])
-    reached = np.empty((bundle.count, bundle.weight.size, sizes[-1]))
+    reached = np.empty((_some(bundle)[0].stop, bundle.weight.size, sizes[-1]))
     paid = np.zeros(reached.shape[:2])
-    return (
-        _kernel(move.step, move.charge, *types, sizes, read),
-        lambda row: (points, controls[row], noises, penalty[row], reached, paid),
-    )
+
+    def given(row: int, some: slice) -> tuple[Floats, ...]:
+        room = slice(some.stop - some.start)
+        return points[some], controls[row], noises, penalty[row, some], reached[room], paid[room]
+
+    return _kernel(move.step, move.charge, *types, sizes, read), given
 
 
 def _read(function: Any) -> Any:
