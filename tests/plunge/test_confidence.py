@@ -83,7 +83,7 @@ def test_dynamic_programming_finds_the_same(gauge):
 def test_collocation_finds_the_same():
     problem = KNOWN.replace(burning_sd=0.03)
     best = plunge.plan(problem, confidence=0.999)
-    other = plunge.plan(problem, confidence=0.999, method="collocation", steps=120)
+    other = plunge.plan(problem, confidence=0.999, method="collocation", steps=60)
     assert abs(other.time - best.time) < 2 * other.error < 0.02
 
 

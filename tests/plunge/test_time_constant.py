@@ -25,10 +25,9 @@ def test_the_bound():
     )
 
 
-@pytest.mark.parametrize(("sd", "published"), [(5e-4, 0.0030), (1e-3, 0.0061)])
-def test_output_error_reaches_the_bound(sd, published):
+def test_output_error_reaches_the_bound():
     """The values that of no touch-in; at one rate it doubles as a lag: they claim that of an unknown one, and the step."""
-    count = 70
+    sd, count = 5e-4, 70
     mean, scatter, claimed = spread(sd, count)
     bound, unsure = cramer_rao(sd, LONG), cramer_rao(sd, LONG, touched=True)
     assert abs(mean - TAU) < 4 * bound / np.sqrt(count)
@@ -36,7 +35,7 @@ def test_output_error_reaches_the_bound(sd, published):
     step = unsure**2 - bound**2  # expected square of the difference from an efficient estimate
     # the mean square of 70 steps has a standard error of 17 %, that of the claimed value 4 %: 2.5 of them
     assert claimed == pytest.approx(np.sqrt(unsure**2 + step), rel=0.1) and unsure > 3 * bound
-    assert bound == pytest.approx(published, rel=0.1)
+    assert (bound, 2 * bound) == pytest.approx((0.0030, 0.0061), rel=0.1)  # published of 0.5 and 1 µm
 
 
 def test_an_offset_has_no_effect():
@@ -89,7 +88,7 @@ def test_recursive_is_batch_and_forgets():
 
 
 def test_after_two_seconds():
-    short = [cycle(data["size"][:51], TIME[:51]) for data in (noisy(5e-4, seed) for seed in range(60))]
+    short = [cycle(data["size"][:51], TIME[:51]) for data in (noisy(5e-4, seed) for seed in range(30))]
     values = np.array([found(data)["time_constant"] for data in short])
     assert values.std() == pytest.approx(cramer_rao(5e-4, 2.0), rel=0.3)
 
