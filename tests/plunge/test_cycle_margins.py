@@ -308,7 +308,7 @@ def test_all_that_may_be_wrong_at_once(ratio, gain):
     grinder = hwsim.PlungeGrinder(PROBLEM, truth=drawn, contact_zero_sd=0.01, power_gain=gain)
     told = SHARPER.replace(power_gain_sd=0.02)
     chain = plunge.adaptation(told)
-    outcome = hwsim.repeat(grinder, plunge.CycleController(told), series=10, parts=5, rng=1, adapt=chain)
+    outcome = hwsim.repeat(grinder, plunge.CycleController(told), series=5, parts=5, rng=1, adapt=chain)
     assert not outcome.burned.any()
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() <= 0.01
 

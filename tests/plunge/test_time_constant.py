@@ -207,7 +207,7 @@ def test_missing_readings_are_skipped_and_counted():
     ("correlation", "resolution"), [(0.0, 0.0), (0.8, 0.0), (0.9, 1e-3)], ids=["white", "filter", "steps"]
 )
 def test_the_interval_holds_for_gauges_with_filters(correlation, resolution):
-    """80 files of 220 rows, 1.7 s: 95 % within three standard deviations; as if white 49 % at 0.8.
+    """40 files of 220 rows, 1.7 s: 95 % within two standard deviations; as if white 49 % at 0.8.
 
     The filter was taken for a shorter one where the gauge rounds what it gives: 73 %, of 200 files.
     """
@@ -216,13 +216,13 @@ def test_the_interval_holds_for_gauges_with_filters(correlation, resolution):
     u = np.select([time < 4.2 - 1e-9, time < 5.7 - 1e-9], [0.04, 0.01], 0.0)
     pole, hit, rng = np.exp(-step / tau), 0, np.random.default_rng(1)
     size = np.append(0.0, np.cumsum(u[:-1])) * step - signal.lfilter([0, (1 - pole) * tau], [1, -pole], u)
-    for _ in range(80):
+    for _ in range(40):
         white = rng.standard_normal(300) * np.sqrt(1 - correlation**2)
         noise = 5e-4 * signal.lfilter([1.0], [1.0, -correlation], white)[80:]
         read = np.round((size + noise) / resolution) * resolution if resolution else size + noise
         low, high = found(cycle(read, time, u)).interval()[0]
         hit += low <= tau <= high
-    assert hit / 80 == pytest.approx(0.955, abs=0.07)
+    assert hit / 40 == pytest.approx(0.955, abs=0.07)
 
 
 def test_noise_of_a_filter_is_no_other_lag():
