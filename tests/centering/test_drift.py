@@ -415,7 +415,6 @@ def test_picture():
     track.acknowledge()
     assert not track.plot().axes[1].texts
     assert len(DriftTrack().plot().axes) == 4
-    pyplot.close("all")
 
 
 @pytest.mark.parametrize(

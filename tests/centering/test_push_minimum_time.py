@@ -245,7 +245,6 @@ def test_picture():
     assert len(figure.axes[1].lines) == _push().friction.size
     tip = figure.axes[0].lines[1].get_ydata()
     assert abs(tip.max() - 40.0) < 1e-3
-    pyplot.close("all")
 
 
 @pytest.mark.parametrize(
