@@ -131,9 +131,9 @@ def test_any_executor_gives_the_same_bits(few):
 def test_prediction_and_exact_pushes_agree(request, which, bar):
     """Bars: >= 99 % finished within 60 pushes, mean cycle, prediction within 15 %; here on a coarse grid."""
     strategy = request.getfixturevalue(which)
-    runs = strategy.simulate(runs=100, rng=1)
+    runs = strategy.simulate(runs=250, rng=1)
     predicted = np.mean([strategy.cycle_time(float(offset)) for offset in runs.start])
-    assert np.mean(runs.finished) >= 0.98  # 99 %, less what 100 parts may miss it by
+    assert np.mean(runs.finished) >= 0.98  # 99 %, less what 250 parts may miss it by
     assert runs.mean < bar
     assert runs.mean == pytest.approx(predicted, rel=0.15)
     assert np.all(runs.pushes <= strategy.problem.pushes_max)
