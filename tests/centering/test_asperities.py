@@ -228,7 +228,7 @@ def milled(points, slots, rng, width=3.0, dust=(), drift=0.0):
 @pytest.mark.parametrize("count", [2, 4])
 def test_a_land_between_slots_is_no_asperity(land, count):
     """The robust form follows the floor of the slots; the land is level with what is beyond them."""
-    for rng in range(5):
+    for rng in range(3):
         first = 40.0 + 71.3 * rng
         ring = milled(3600, [first + k * (3.0 + land) for k in range(count)], rng)
         assert "no asperity" in ring.remove_asperities().steps[-1] and not ring._suspects

@@ -130,7 +130,6 @@ def test_picture(tmp_path):
     )
     assert axis.get_legend().get_texts()[1].get_text() == "this part, ± 3 sd: beyond in 0.135 % at most"
     assert EXAMPLE.replace(internal=True, largest_radius=34.84).plot(axis) is axis.figure
-    pyplot.close("all")
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,6 @@ def test_picture():
     ]
     rings = [line for line in figure.axes[1].lines if line.get_markerfacecolor() == "none"]
     assert [line.get_xdata()[0] for line in rings] == [2]
-    pyplot.close("all")
 
 
 @pytest.mark.parametrize(

@@ -207,7 +207,6 @@ def test_words_and_picture():
         (240.0, 360.0)
     )
     assert quiet.plot().get_suptitle() == "nothing is met"
-    pyplot.close("all")
 
 
 @pytest.mark.parametrize(

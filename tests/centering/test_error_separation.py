@@ -366,7 +366,6 @@ def test_picture_of_a_separation():
     assert part.get_title() == "part: 1.57 µm from peak to valley"
     assert spindle.get_title() == "spindle: 0.309 µm from peak to valley"
     assert singular.get_title() == "lost 36, 72, 108, ... 324 upr"
-    pyplot.close("all")
 
 
 def rank(places, index, upr_max):

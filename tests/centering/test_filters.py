@@ -166,10 +166,9 @@ def test_nothing_is_invented_over_a_gap():
 
 
 @pytest.mark.filterwarnings("ignore:Gaussian low-pass, 15 upr. a gap")
-@pytest.mark.parametrize("arc", [345, 335])
-def test_a_bridged_gap_says_how_sure_it_is(arc):
+def test_a_bridged_gap_says_how_sure_it_is():
     """The sd of each deviation, and that of the roundness, are the scatter; even in the gap."""
-    found = [over_an_arc(arc, 15, seed) for seed in range(40)]
+    found = [over_an_arc(335, 15, seed) for seed in range(40)]
     scatter = np.std([profile.deviation for profile in found], axis=0, ddof=1)
     told = np.mean([profile.deviation_sd for profile in found], axis=0)
     # 24 coefficients pass
@@ -177,7 +176,7 @@ def test_a_bridged_gap_says_how_sure_it_is(arc):
     gap = np.argmax(told)
     assert scatter[gap] == pytest.approx(told[gap], rel=4 / np.sqrt(2 * 40))
     assert told[gap] > 5 * np.median(told)
-    assert arc < np.degrees(found[0].part_angle[gap]) < 360
+    assert 335 < np.degrees(found[0].part_angle[gap]) < 360
     for kind in ("LSC", "MZC"):
         values = [profile.roundness(kind) for profile in found]
         heights = np.array([circle.value for circle in values])

@@ -14,8 +14,7 @@ CIRCLE = fit_circle(ANGLE, READ)
 def pyplot():
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("agg")
-    yield pyplot
-    pyplot.close("all")
+    return pyplot
 
 
 def line(axis, label):

@@ -49,10 +49,10 @@ def test_ranges_are_twice_the_amplitude():
 
 def test_the_excess_is_told_in_standard_deviations():
     """At a limit of the true amplitude the excess is normal about 0: |z| > 2 in some 5 %, above it in a half."""
-    found = [ring(1e-4, rng).harmonics(60, limits={42: 8e-5}) for rng in range(400)]
+    found = [ring(1e-4, rng).harmonics(60, limits={42: 8e-5}) for rng in range(160)]
     above = [row.z for each in found for row in each.exceeds]
-    assert len(above) == pytest.approx(200, abs=3 * 10)  # 3 sd of a binomial
-    assert np.sum(np.array(above) > 2) == pytest.approx(400 * 0.0228, abs=3 * 3)
+    assert len(above) == pytest.approx(80, abs=2 * 6)  # two sd of a binomial
+    assert np.sum(np.array(above) > 2) == pytest.approx(160 * 0.0228, abs=2 * 1.8)
     half, full = (ring(noise).harmonics(60, limits={42: 5e-5}).exceeds[0].z for noise in (2e-4, 1e-4))
     assert 1 < half < full
 

@@ -91,10 +91,10 @@ def test_sd_is_the_scatter():
     angle, lobes = np.delete(turn(1, 180), slice(30, 36)), {3: (1e-3, 0.5), 8: (1e-3, 1.0)}
     clean = measured(angle, offset=3.6, lobes=lobes)
     rng = np.random.default_rng(5)
-    found = [Profile(angle, clean + 1e-4 * rng.normal(size=angle.size)).harmonics(20) for _ in range(300)]
+    found = [Profile(angle, clean + 1e-4 * rng.normal(size=angle.size)).harmonics(20) for _ in range(120)]
     amplitudes = np.array([spectrum.amplitude for spectrum in found])
     ratio = amplitudes.std(axis=0)[[2, 7]] / np.mean([spectrum.sd for spectrum in found], axis=0)[[2, 7]]
-    assert ratio == pytest.approx(1.0, abs=4 / np.sqrt(2 * 300))
+    assert ratio == pytest.approx(1.0, abs=2.5 / np.sqrt(2 * 120))
 
 
 def test_sd_of_a_full_even_turn():

@@ -89,7 +89,6 @@ def test_pictures_show_tip_part_force_and_modes():
     assert "free" in " ".join(text.get_text() for text in figure.legends[0].get_texts())
     assert len(lead.patches) == len(simulate_push(MODEL, THROWN).event_mode)
     assert len(THROWN.plot().axes) == 2
-    matplotlib.pyplot.close("all")
 
 
 @pytest.mark.parametrize(

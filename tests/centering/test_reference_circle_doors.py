@@ -140,7 +140,6 @@ def test_the_picture_shows_profile_circles_and_contacts(kind):
     marks = [line for line in others if line.get_xdata().size == 1]
     assert len(marks) == (found.contacts.size or 2)
     assert f"{scale.division:g} µm/div" in [text.get_text() for text in ax.texts]
-    mpl.pyplot.close("all")
 
 
 @pytest.mark.parametrize("height", [0.002, 0.5])
@@ -152,14 +151,12 @@ def test_the_scale_stands_clear_of_the_directions(height):
         told = next(text for text in ax.texts if "µm/div" in text.get_text()).get_window_extent()
         assert not any(label.get_window_extent().overlaps(told) for label in ax.get_xticklabels())
         assert told.x0 >= 0 and told.y0 >= 0
-    mpl.pyplot.close("all")
 
 
 def test_a_line_is_broken_where_nothing_was_measured():
     found = reference_circle(np.delete(ROUND, slice(10, 30), axis=0))
     (ax,) = found.plot().axes
     assert np.isnan(ax.lines[0].get_ydata()).sum() == 1
-    mpl.pyplot.close("all")
 
 
 @pytest.mark.parametrize("height", [1e-8, 0.0013, 0.12, 2.0])
@@ -171,4 +168,3 @@ def test_scale_is_one_two_or_five(height):
     assert 0.19 < scale.division / (1000 * height) * 1.2 < 0.51  # three to six divisions
     assert scale.height(deviation).min() >= 6 * scale.division * (1 - 1e-9)
     assert polar_axes(scale, deviation).get_rmax() > scale.height(deviation).max()
-    mpl.pyplot.close("all")

@@ -33,13 +33,13 @@ def test_factors_and_columns(risk):
     assert np.all(table["thrown"] <= 0.01)  # the table is kept slow enough for the range
 
 
-@pytest.mark.parametrize(("row", "parts"), [(0, 24), (4, 24)])
+@pytest.mark.parametrize(("row", "parts"), [(0, 12), (4, 12)])
 def test_against_the_machine(strategy, risk, row, parts):
-    """Bar: 15 % of the mean time; 24 parts are known to 6 %, those of the table to 2 %."""
+    """Bar: 15 % of the mean time; 12 parts are known to 8 %, those of the table to 2 %."""
     truth = felt_model(PROBLEM.model, float(risk.factor[row]))
     machine = hwsim.CenteringMachine(PROBLEM, truth=truth)
     out = hwsim.run(machine, CenteringController(strategy), parts=parts, rng=3).outcome
-    assert float(out.time.mean()) == pytest.approx(risk.time[row], rel=0.15 + 2 * 0.06)
+    assert float(out.time.mean()) == pytest.approx(risk.time[row], rel=0.15 + 1.5 * 0.08)
     assert out.slipped.sum() == 0 and out.collisions.sum() == 0 and np.all(out.finished == 1)
 
 
@@ -91,7 +91,7 @@ def test_kept_and_loaded(risk, strategy, tmp_path):
     assert RiskTable.from_file(tmp_path / "risk.nc") == risk
     strategy.save(tmp_path / "strategy.nc")
     again = Strategy.from_file(tmp_path / "strategy.nc")
-    assert again.problem.friction_range == (0.6, 1.4) and again.robust() == risk
+    assert again.problem.friction_range == (0.6, 1.4) and again.robust(runs=20) == strategy.robust(runs=20)
 
 
 def test_what_is_refused(strategy):

@@ -186,12 +186,12 @@ def test_a_roller_that_slips(slid):
 def test_without_slip_its_probability_is_uniform(turns, points, offset, told):
     angle = turn(turns, points)
     clean = measured(angle, offset=offset, lobes=phases(0), runout=(TONE, RATIO, 0.6))
-    noise = [1e-4 * np.random.default_rng(seed).normal(size=angle.size) for seed in range(100)]
+    noise = [1e-4 * np.random.default_rng(seed).normal(size=angle.size) for seed in range(60)]
     found = [
         Profile(angle, clean + each, tip_radius=TIP).remove_roller_error(**told).roller_error.slip_probability
         for each in noise
     ]
-    assert kstest(found, "uniform").pvalue > 1e-3
+    assert kstest(found, "uniform").statistic < 0.19
     assert min(found) > 1e-4
 
 

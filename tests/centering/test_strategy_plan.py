@@ -257,7 +257,6 @@ def test_a_value_between_nodes_lies_between_them(light):
 def test_pictures(heavy, light):
     assert len(heavy.plot().axes) == 5  # four, and the bar of colours
     assert len(light.simulate(runs=5, rng=0).plot().axes) == 3
-    matplotlib.pyplot.close("all")
 
 
 def test_a_tolerance_below_half_the_quantum_is_told():

@@ -134,9 +134,8 @@ def test_a_wide_prior_fits_on_the_grid():
     assert threshold.next_test.__self__ is threshold and "margin 0.927" in repr(threshold)
 
 
-def test_the_sub_package_is_there_at_once():
-    done = subprocess.run(
-        [sys.executable, "-c", "from sdpgrind import plunge; print(plunge.learning.ChanceMargin.__name__)"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    assert done.stdout.strip() == "ChanceMargin"
+def test_the_sub_package_is_there_at_once_and_solvers_when_they_are_needed():
+    code = "import sys; from sdpgrind import plunge; print(plunge.learning.ChanceMargin.__name__);"
+    code += " plunge.plan(plunge.preset('simulation')); print('casadi' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["ChanceMargin", "False"]

@@ -224,16 +224,15 @@ def parts_of(size, sd, correlation, seed, count=4):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("correlation", [0.0, 0.6])
-def test_noise_hides_no_law_of_the_lag(correlation):
+def test_noise_hides_no_law_of_the_lag():
     """0.5 um, which is more than the laws differ: of four parts, the law that is not theirs is refused."""
-    linear = NOMINAL.doubts(parts_of(size_of(1.25), 5e-4, correlation, 0))
+    linear = NOMINAL.doubts(parts_of(size_of(1.25), 5e-4, 0.6, 0))
     assert {row.name for row in linear.rows if row.measured} == {"time_constant"}
     assert linear["time_constant"].low < 1.25 < linear["time_constant"].high
     assert any("would decide), on which contact_zero" in sentence for sentence in linear.sentences)
     stiff = NOMINAL.replace(stiffness=12e3)
     bent = contact.course(cycles.cycles(file(1.25, "begin"))[0], stiff.model).size
-    doubts = NOMINAL.doubts(parts_of(bent, 5e-4, correlation, 0))
+    doubts = NOMINAL.doubts(parts_of(bent, 5e-4, 0.6, 0))
     truth = {"contact_zero": 0.0, "normal_force_ratio": NOMINAL.model.normal_force_ratio * 8 / 12}
     for name, value in (truth | {"time_constant": stiff.time_constant}).items():
         assert doubts[name].low < value < doubts[name].high, name
