@@ -249,7 +249,7 @@ def test_recommended_chain_elsewhere(name, factor):
     else:
         owner = PROBLEM if hasattr(PROBLEM, name) else PROBLEM.model
         problem = PROBLEM.replace(**{name: factor * getattr(owner, name)})
-    outcome = learned(problem, series=3, parts=5, rng=2)
+    outcome = learned(problem, series=6, parts=5, rng=2)
     assert not outcome.burned.any()
     assert float(outcome.time.mean()) < 1.015 * plunge.plan(problem).time
 
@@ -308,7 +308,7 @@ def test_all_that_may_be_wrong_at_once(ratio, gain):
     grinder = hwsim.PlungeGrinder(PROBLEM, truth=drawn, contact_zero_sd=0.01, power_gain=gain)
     told = SHARPER.replace(power_gain_sd=0.02)
     chain = plunge.adaptation(told)
-    outcome = hwsim.repeat(grinder, plunge.CycleController(told), series=5, parts=5, rng=1, adapt=chain)
+    outcome = hwsim.repeat(grinder, plunge.CycleController(told), series=10, parts=5, rng=1, adapt=chain)
     assert not outcome.burned.any()
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() <= 0.01
 
