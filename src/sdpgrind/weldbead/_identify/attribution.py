@@ -269,16 +269,23 @@ def _refitted(
     """K1 and K2 of the mean cut: three weighted regressions of removal rate on power."""
     power = scatter.expected(process).grinding_power(read["normal_force"])
     whole = process.bead_width * read["feed_rate"]
-    rows, rate = np.column_stack([np.ones(power.size), power]), whole * read["cut_depth"]
+    rate = whole * read["cut_depth"]
     for _ in range(3):
         weights = 1 / (whole * _mean_and_sd(read, process, scatter, noise)[1]) ** 2
-        a, b = idf.least_squares(rows, rate, weights=weights / weights.max(), throw=False).value
+        a, b = _line(power, rate, weights / weights.sum())
         if a > 0 or b <= 0:  # no idle power below 0
             a, b = 0.0, float(np.sum(weights * power * rate) / np.sum(weights * power**2))
         if b <= 0:
             return process
         process = process.replace(specific_energy=1 / b, idle_power=-a / b)
     return process
+
+
+def _line(x: Floats, y: Floats, share: Floats) -> tuple[float, float]:
+    """Value at 0 and slope of the weighted regression of y on x, which are not all the same."""
+    away = x - share @ x
+    slope = float((share * away) @ y / ((share * away) @ away))
+    return float(share @ y - slope * (share @ x)), slope
 
 
 def _standard_error(fit: _LawFit) -> float:
