@@ -197,13 +197,13 @@ SHARE = [(0.80, "printed", 0.26, 0.52), (0.40, "printed", 0.0, 0.03), (0.80, "co
 
 @pytest.mark.parametrize(("step", "rule", "least", "most"), SHARE)
 def test_share_of_series_with_a_burned_part(step, rule, least, most):
-    """The specification's 36 to 42 % within ten points, at most 3 %, and none, of 200 series."""
+    """The specification's 36 to 42 % within ten points, at most 3 %, and none, of 100 series."""
     controller = plunge.CycleController(SHARPER, 0.05, sparkout="printed", roundness_margin=0.0)
     grinder = hwsim.PlungeGrinder(PROBLEM)
     outcome = hwsim.repeat(
         grinder,
         controller,
-        series=200,
+        series=100,
         parts=8,
         rng=3,
         adapt=plunge.learning.MarginBounding(step, 0.005, rule=rule),
@@ -249,7 +249,7 @@ def test_recommended_chain_elsewhere(name, factor):
     else:
         owner = PROBLEM if hasattr(PROBLEM, name) else PROBLEM.model
         problem = PROBLEM.replace(**{name: factor * getattr(owner, name)})
-    outcome = learned(problem, series=6, parts=5, rng=2)
+    outcome = learned(problem, series=3, parts=5, rng=2)
     assert not outcome.burned.any()
     assert float(outcome.time.mean()) < 1.015 * plunge.plan(problem).time
 
@@ -308,7 +308,7 @@ def test_all_that_may_be_wrong_at_once(ratio, gain):
     grinder = hwsim.PlungeGrinder(PROBLEM, truth=drawn, contact_zero_sd=0.01, power_gain=gain)
     told = SHARPER.replace(power_gain_sd=0.02)
     chain = plunge.adaptation(told)
-    outcome = hwsim.repeat(grinder, plunge.CycleController(told), series=10, parts=5, rng=1, adapt=chain)
+    outcome = hwsim.repeat(grinder, plunge.CycleController(told), series=5, parts=5, rng=1, adapt=chain)
     assert not outcome.burned.any()
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() <= 0.01
 
