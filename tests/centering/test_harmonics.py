@@ -88,7 +88,7 @@ def test_a_turned_part_has_turned_phases(by, direction):
 
 
 def test_sd_is_the_scatter():
-    angle, lobes = np.delete(turn(1, 90), slice(15, 18)), {3: (1e-3, 0.5), 8: (1e-3, 1.0)}
+    angle, lobes = np.delete(turn(1, 180), slice(30, 36)), {3: (1e-3, 0.5), 8: (1e-3, 1.0)}
     clean = measured(angle, offset=3.6, lobes=lobes)
     rng = np.random.default_rng(5)
     found = [Profile(angle, clean + 1e-4 * rng.normal(size=angle.size)).harmonics(20) for _ in range(300)]
