@@ -51,13 +51,13 @@ def test_magnification_by_simulation(ratio):
     upr = ratio * natural / work
     how = {"resonances": {"mode": natural}, "damping": damping, "reach": 0.9, "speed_error": 0.0}
     (band,) = checked(one(upr), work=work, wheel=1e4, **how).bands
-    time = np.linspace(0.0, 1.0, 40_001)
+    time = np.linspace(0.0, 0.4, 16_001)  # by 0.3 s the start has faded to 3e-7
     _, deflection, _ = lsim(
         TransferFunction([natural**2], [1, 2 * damping * natural, natural**2]),
         np.sin(upr * work * time),
         time,
     )
-    assert band.gain == pytest.approx(np.abs(deflection[time > 0.8]).max(), rel=1e-3)
+    assert band.gain == pytest.approx(np.abs(deflection[time > 0.3]).max(), rel=1e-3)
 
 
 @given(damping=st.floats(0.005, 0.3), upr=st.integers(2, 200), work=ROTATIONS)

@@ -146,7 +146,7 @@ def test_the_picture_shows_profile_circles_and_contacts(kind):
 def test_the_scale_stands_clear_of_the_directions(height):
     profile = Profile(TURN, 30.0 + height * np.cos(3 * TURN))
     for figure in (profile.plot(), profile.roundness("MZC").plot()):
-        figure.canvas.draw()
+        figure.draw_without_rendering()
         ax = figure.axes[0]
         told = next(text for text in ax.texts if "µm/div" in text.get_text()).get_window_extent()
         assert not any(label.get_window_extent().overlaps(told) for label in ax.get_xticklabels())

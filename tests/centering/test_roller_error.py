@@ -181,7 +181,7 @@ def test_a_roller_that_slips(slid):
 
 @pytest.mark.parametrize(
     ("turns", "points", "offset", "told"),
-    [(2, 130, 1.0, {}), (1.5, 130, 1.0, {}), (1.5, 180, 3.6, {"refine": False}), (3, 90, 3.6, {})],
+    [(2, 90, 1.0, {}), (1.5, 90, 1.0, {}), (1.5, 120, 3.6, {"refine": False}), (3, 60, 3.6, {})],
 )
 def test_without_slip_its_probability_is_uniform(turns, points, offset, told):
     angle = turn(turns, points)

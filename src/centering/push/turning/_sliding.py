@@ -5,11 +5,12 @@ gives a force and a moment that depend only on the ratio of sliding and spinning
 speed, which is a complete elliptic integral.
 """
 
-from math import atan, atan2, cos, exp, hypot, log, pi, sin, sqrt, tan
+from functools import cache
+from math import atan2, ceil, cos, exp, hypot, log, pi, sin, sqrt, tan
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from numpy.polynomial import chebyshev
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
@@ -20,7 +21,7 @@ from sdpgrind.base.checks import Floats
 _SMALL = 0.02  # chosen: speed ratio below which the closed form loses digits and the series is exact
 _SERIES = (0.5, 1.0 / 16.0, 3.0 / 128.0, 25.0 / 2048.0)  # derived: expansion of the elliptic integrals
 _LOCKED = 1e-8  # rad, chosen: distance from equal speeds, the end of every slide, at which integration ends
-_TIGHT = 1e-12  # chosen: relative error of the integration, near rounding
+_PIECE, _PLACES = 20.0, 96  # chosen: longest piece of u and its places; leave 1e-12 of a slide
 _EDGE = 1e-9  # rad, chosen: distance from a pure slide and a pure spin at which the search ends
 
 
@@ -211,22 +212,39 @@ def _unit_slide(v: float, s: float) -> tuple[float, float, float]:
         return distance, turn, time
     y, angle = np.zeros(4), atan2(s, v)
     if angle < pi / 4 - _LOCKED:
-        span = (log(tan(2.0 * angle)), log(tan(pi / 2 - 2.0 * _LOCKED)))
-        y = solve_ivp(_slopes, span, y, method="DOP853", rtol=_TIGHT, atol=1e-14).y[:, -1]
+        y = _to_equal_speeds(log(tan(2.0 * angle)))
     size, mean = exp(y[0]), _mean(sqrt(0.5), sqrt(0.5))
     rest = size * size * sqrt(0.5) / (2.0 * mean)
     return float(y[1] + rest), float(y[2] + rest), float(y[3] + size / mean)
 
 
-def _slopes(u: float, y: Floats) -> tuple[float, ...]:
-    """Derivatives of log speed, distance, turn and time by u."""
-    angle = atan(exp(u)) / 2.0
-    c, s, size = cos(angle), sin(angle), exp(y[0])
-    force, moment = _shares(c, s)
-    stretch = sin(4.0 * angle) / (4.0 * (force * s - moment * c))
-    return (
-        -(force * c + moment * s) * stretch,
-        size * size * c * stretch,
-        size * size * s * stretch,
-        size * stretch,
-    )
+def _to_equal_speeds(start: float) -> Floats:
+    """Changes of log speed, distance, turn and time from one u to nearly equal speeds, piece by piece."""
+    end, y = log(tan(pi / 2 - 2.0 * _LOCKED)), np.zeros(4)
+    ends = np.linspace(start, end, ceil((end - start) / _PIECE) + 1)
+    for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        size = exp(y[0])
+        y += np.array([1.0, size * size, size * size, size]) * _changes(first, last)
+    return y
+
+
+def _changes(first: float, last: float) -> Floats:
+    """Changes of log speed, distance, turn and time over a piece of u, for a first speed of 1."""
+    places, running = _integration()
+    half = 0.5 * (last - first)
+    angle = np.arctan(np.exp(first + half * (places + 1.0))) / 2.0
+    c, s = np.cos(angle), np.sin(angle)
+    force, moment = np.array([_shares(*each) for each in zip(c.tolist(), s.tolist(), strict=True)]).T
+    stretch = half * np.sin(4.0 * angle) / (4.0 * (force * s - moment * c))
+    slower = running @ (-(force * c + moment * s) * stretch)
+    passed = np.exp(slower) * stretch
+    moved = running[-1] @ np.stack([passed * np.exp(slower) * c, passed * np.exp(slower) * s, passed], axis=1)
+    return np.array([slower[-1], *moved])
+
+
+@cache
+def _integration() -> tuple[Floats, Floats]:
+    """Chebyshev places in [-1, 1], and the matrix of integrals of a function from -1 to each of them."""
+    places = -np.cos(pi * np.arange(_PLACES + 1) / _PLACES)
+    integrals = chebyshev.chebval(places, chebyshev.chebint(np.eye(_PLACES + 1), lbnd=-1))
+    return places, integrals.T @ np.linalg.inv(chebyshev.chebvander(places, _PLACES))

@@ -68,11 +68,8 @@ class BurnChance:
 
     def _mean(self, threshold: Callable[..., Floats], inner: int, v: Floats, r: Floats) -> Floats:
         """Mean of the chance that the inner normal exceeds its threshold, over the two others."""
-        grids = [_rule(sd > 0.0 and k != inner) for k, sd in enumerate(self._sds())]
-        moves = np.meshgrid(*(sd * x for sd, (x, _) in zip(self._sds(), grids, strict=True)), indexing="ij")
-        weights = np.prod(np.meshgrid(*(w for _, w in grids), indexing="ij"), axis=0)
-        eta, diffusivity, area = (move.ravel()[:, None] for move in moves)
-        return np.asarray(weights.ravel() @ ndtr(-threshold(v.ravel(), r.ravel(), eta, diffusivity, area)))
+        moves, weights = _grid(self._sds(), inner)
+        return np.asarray(weights @ ndtr(-threshold(v.ravel(), r.ravel(), *moves)))
 
     def _excess(self, v: Floats, area: Floats) -> Floats:
         """Logarithm G of surface temperature over that of damage, with the area moved by `area` (ln)."""
@@ -136,6 +133,15 @@ class BurnChance:
 
     def _at(self, rate: float, remaining: float) -> float:
         return float(self(rate, remaining))
+
+
+@lru_cache
+def _grid(sds: tuple[float, float, float], inner: int) -> tuple[tuple[Floats, ...], Floats]:
+    """Moves of the three doubts (ln), each (q, 1), the inner one at its mean; weights, (q,)."""
+    rules = [_rule(sd > 0.0 and k != inner) for k, sd in enumerate(sds)]
+    moves = np.meshgrid(*(sd * x for sd, (x, _) in zip(sds, rules, strict=True)), indexing="ij")
+    weights = np.prod(np.meshgrid(*(w for _, w in rules), indexing="ij"), axis=0)
+    return tuple(move.ravel()[:, None] for move in moves), weights.ravel()
 
 
 @lru_cache
