@@ -66,6 +66,20 @@ def local_minima(values):
     return found[np.argsort(values.ravel()[found], kind="stable")]
 
 
+def kept_last(function):
+    """The minimiser asks for a cost and for limits at each of its points, one after the other: found once."""
+    known = {}
+
+    def found(q):
+        key = q.tobytes()
+        if key not in known:
+            known.clear()
+            known[key] = function(q)
+        return known[key]
+
+    return found
+
+
 def least(problem, *hidden, starts=6, ticks=None, tolerance=1e-8):
     """Least cost and its controls for hidden states: a grid, polished from its best places; (inf, None):
     nothing is feasible.
@@ -84,23 +98,21 @@ def least(problem, *hidden, starts=6, ticks=None, tolerance=1e-8):
         k = int(np.argmin(np.where(feasible, cost, np.inf)))
         best, where = float(cost[k]), value_of(problem, places[:, k])
 
-    s, values, known = named(problem.hidden_names, hidden), valued(problem, 1), {}
+    s, values, many = named(problem.hidden_names, hidden), valued(problem, 1), valued(problem, 2)
 
+    @kept_last
     def scaled(q):
-        """Cost and excess; the minimiser asks for both at each of its points, one after the other."""
-        key = q.tobytes()
-        if key not in known:
-            known.clear()
-            c = named(problem.names, values(q))
-            over = [float(one.response(s, c) - one.limit(s, c)) for one in problem.varying]
-            known[key] = float(problem.objective(s, c)) / size, np.array(over) / scales
-        return known[key]
+        """Cost and excess."""
+        c = named(problem.names, values(q))
+        over = [float(one.response(s, c) - one.limit(s, c)) for one in problem.varying]
+        return float(problem.objective(s, c)) / size, np.array(over) / scales
 
+    @kept_last
     def slopes(q):
         """Of cost and excess, by forward differences, away from a bound."""
         steps = np.where(q + STEP > 1.0, -STEP, STEP)
         beside = q[:, None] + np.column_stack([np.zeros(len(q)), np.diag(steps)])
-        costs, over = evaluated(problem, value_of(problem, beside), hidden)
+        costs, over = evaluated(problem, many(beside), hidden)
         return (costs[1:] - costs[0]) / size / steps, (over[:, 1:] - over[:, :1]) / scales[:, None] / steps
 
     kept = {"type": "ineq", "fun": lambda q: -scaled(q)[1], "jac": lambda q: -slopes(q)[1]}

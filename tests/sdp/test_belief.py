@@ -14,7 +14,7 @@ from sdpgrind import sdp
 UNDER, OVER, POWER, IDLE, REMOVAL, LEFT = 2.0, 10.0, 12.75, 100.0, 6250.0, 12.0  # $/mm, W/N, W, W s/mm, s
 FORCES = np.linspace(8.0, 50.0, 12)
 SECONDS = {6.0: REMOVAL / 4.0, 10.0: REMOVAL / 8.0}  # duration, s; W for each mm of depth
-PROBLEMS = range(3)
+PROBLEMS = range(2)
 
 
 class Beads(NamedTuple):

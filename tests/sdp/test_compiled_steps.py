@@ -49,7 +49,7 @@ def test_a_step_is_compiled_where_it_pays(problem, compiles):
 def test_compiled_or_not_a_large_move_has_the_same_value(step, timed, monkeypatch):
     for name in ("COMPILED_ONCE", "COMPILED_KEPT"):
         monkeypatch.setattr(f"sdpgrind.sdp._solve.point_backup.{name}", 1)
-    monkeypatch.setattr("sdpgrind.sdp._transitions.step_kernels._ROOM", 40)  # six pieces, the last one short
+    monkeypatch.setattr("sdpgrind.sdp._transitions.step_kernels._ROOM", 40)  # 53 pieces, the last one short
     own, numpy = (sdp.plan(evaluated(21, step, timed, compiled)).table.value for compiled in (None, False))
     np.testing.assert_allclose(own, numpy, rtol=0, atol=1e-15)
 

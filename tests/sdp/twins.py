@@ -82,6 +82,9 @@ class Twin:
             np.geomspace(a.low, a.high, a.nodes) if a.scale == "log" else np.linspace(a.low, a.high, a.nodes)
             for a in self.axes
         ]
+        self.scaled = [
+            np.log(x) if a.scale == "log" else x for x, a in zip(self.nodes, self.axes, strict=True)
+        ]
         self.shape = tuple(a.nodes for a in self.axes)
         self.stages = problem.stages if isinstance(problem.stages, sdp.Stages) else None
         self._memory = {}
@@ -150,9 +153,11 @@ class Twin:
                 ]
         return found
 
-    def beyond(self, after, mode, late):
-        """Value of outcomes outside the grid, NaN inside; and the outcomes clamped to the grid."""
-        value, after = np.full(len(after), np.nan), after.copy()
+    def landed(self, after, mode):
+        """Value of outcomes outside the grid, NaN inside; where being late is charged there, too; and the
+        outcomes clamped to the grid, on scales whose nodes are evenly spaced.
+        """
+        value, after, ended = np.full(len(after), np.nan), after.copy(), np.zeros(len(after), dtype=bool)
         for k, axis in enumerate(self.axes):
             for end, edge, sign in ((axis.low, axis.below, -1), (axis.high, axis.above, 1)):
                 off = sign * (after[:, k] - end)
@@ -164,35 +169,34 @@ class Twin:
                         if stop.extra is None
                         else float(stop.extra(self.state([], mode) if not self.axes else self._bare(mode)))
                     )
-                    value[out] = stop.charge(after[out, k]) + extra + late
+                    value[out] = stop.charge(after[out, k]) + extra
+                    ended |= out
                 elif not isinstance(edge, str):
                     out = (off >= 0) & np.isnan(value)
                     value[out] = edge
                 elif edge == "refuse":
                     assert np.all(off[np.isnan(value)] < 1e-9), "left a refused end"
             after[:, k] = np.clip(after[:, k], axis.low, axis.high)
-        return value, after
+            if axis.scale == "log":
+                after[:, k] = np.log(after[:, k])
+            scaled = self.scaled[k]
+            after[:, k] = np.clip(after[:, k], scaled[0], scaled[-1])
+        return value, ended, after
 
     def _bare(self, mode):
         return self.tuple_of("S", {"mode": mode} if self.modes > 1 else {})
 
-    def worth(self, table, after, mode, late):
+    def worth(self, table, landed, mode, late):
         """Value-to-go of outcomes, for table[mode, nodes...]."""
-        value, inside = self.beyond(after, mode, late)
+        value, ended, inside = landed
         if not self.axes:
-            return np.full(len(after), float(table[mode]))
-        scaled = [np.log(x) if a.scale == "log" else x for x, a in zip(self.nodes, self.axes, strict=True)]
-        with np.errstate(divide="ignore"):
-            where = np.array(
-                [np.log(x) if a.scale == "log" else x for x, a in zip(inside.T, self.axes, strict=True)]
-            ).T
-        bounded = np.clip(where, [x[0] for x in scaled], [x[-1] for x in scaled])
+            return np.full(len(value), float(table[mode]))
         inner = (
-            np.interp(bounded[:, 0], scaled[0], table[mode])
-            if len(scaled) == 1
-            else RegularGridInterpolator(scaled, table[mode])(bounded)
+            np.interp(inside[:, 0], self.scaled[0], table[mode])
+            if len(self.axes) == 1
+            else RegularGridInterpolator(self.scaled, table[mode])(inside)
         )
-        return np.where(np.isnan(value), inner, value)
+        return np.where(np.isnan(value), inner, np.where(ended, value + late, value))
 
     def stop_cost(self, stop, point, mode, stage, late):
         s = self.state(point, mode, stage)
@@ -203,31 +207,37 @@ class Twin:
         return float(charge) + (0.0 if stop.extra is None else float(stop.extra(s))) + late
 
     def remembered(self, move, index, point, mode, stage, entry, c):
-        """What does not depend on the value-to-go, kept for moves that are not timed."""
+        """What does not depend on the value-to-go: charge, mode of arrival, where outcomes land, and what
+        `leads_to` tells of them; kept for moves that are not timed.
+        """
         key = (move.name, index, mode, entry, tuple(c.items()), stage if move.timed else None)
         if key not in self._memory:
             s = self.state(point, mode, stage if move.timed else None)
             named = self.tuple_of("C", c)
             allowed = move.allowed is None or bool(move.allowed(s, named))
             charge = float(move.charge(s, named)) if callable(move.charge) else move.charge
-            self._memory[key] = (charge, *self.leads_to(move, point, mode, stage, c)) if allowed else None
+            self._memory[key] = None
+            if allowed:
+                arrival = self.arrival(move, mode, entry)
+                after, weights, extra = self.leads_to(move, point, mode, stage, c)
+                self._memory[key] = charge, arrival, self.landed(after, arrival), weights, extra
         return self._memory[key]
+
+    def arrival(self, move, mode, entry):
+        """Mode in which a move arrives."""
+        if move.into is None:
+            return mode
+        return self.problem.modes.index(move.into if isinstance(move.into, str) else move.into[entry])
 
     def move_cost(self, move, index, point, mode, stage, table, late):
         """Least cost of a move from one node into a table[mode, nodes...], and its controls."""
         best, chosen = inf, None
-        into = move.into
         for entry, c in self.rows(move):
             found = self.remembered(move, index, point, mode, stage, entry, c)
             if found is None:
                 continue
-            charge, after, weights, extra = found
-            arrival = (
-                mode
-                if into is None
-                else self.problem.modes.index(into if isinstance(into, str) else into[entry])
-            )
-            q = charge + float(weights @ (self.worth(table, after, arrival, late) + extra))
+            charge, arrival, landed, weights, extra = found
+            q = charge + float(weights @ (self.worth(table, landed, arrival, late) + extra))
             if q < best - 1e-9 - 1e-7 * abs(q):
                 best, chosen = q, c
             best = min(best, q)

@@ -140,13 +140,12 @@ def test_named_states(name):
     assert policy.value(height, time) == pytest.approx(value, abs=2e-5)
 
 
-@pytest.mark.parametrize("name", ["P1", "P4"])
-def test_plan_to_its_default_kind_of_tolerance(name):
+def test_plan_to_its_default_kind_of_tolerance():
     # The same by a plan to a tolerance: within its own estimate (and what the published digits leave open).
-    policy = weldbead.plan(weldbead.preset(name), tolerance=1e-4)
+    policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-4)
     assert policy.error <= 1e-4
     for (height, time), values in NAMED.items():
-        assert policy.value(height, time) == pytest.approx(values[NAMES.index(name)], abs=policy.error + 6e-6)
+        assert policy.value(height, time) == pytest.approx(values[NAMES.index("P1")], abs=policy.error + 6e-6)
 
 
 def test_laws_of_these_tests():
@@ -208,11 +207,10 @@ def test_deterministic_plan_is_the_closed_form():
         np.testing.assert_allclose(policy.value(height=height, time_left=time), exact, atol=1e-12)
 
 
-@pytest.mark.parametrize("nodes", [51, 101])
-def test_deterministic_plan_by_the_planner(nodes):
+def test_deterministic_plan_by_the_planner():
     # Levels that hit no node, and a search over a cost with kinks: the estimated error says how much that is.
     problem = weldbead.preset("P1").replace(scatter=weldbead.Scatter("C1", 0.0))
-    grid = sdp.plan(weldbead.sequence.sdp_problem(problem, nodes), tolerance=3e-2)
+    grid = sdp.plan(weldbead.sequence.sdp_problem(problem, 51), tolerance=3e-2)
     policy, closed = weldbead.SequencePolicy(problem, grid), weldbead.plan(problem)
     height = np.linspace(0, 2, 3001)  # between nodes, too
     for time in range(0, 61, 2):

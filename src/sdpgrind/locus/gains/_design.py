@@ -201,8 +201,9 @@ def _free(
 
     def allowed(best: Floats, share: Floats) -> Floats:
         s = start + share * (best - start)
-        x = stretch.rows(best)[:, len(stretch.names)]
-        slack = stretch.slack(s, x) - stretch.slack(best, x)  # less the rounding of the tables
+        each, back = np.unique(best, return_inverse=True)  # a lattice has few
+        x = stretch.rows(each)[:, len(stretch.names)]
+        slack = stretch.slack(s, x[back]) - stretch.slack(each, x)[back]  # less the rounding of the tables
         way = np.abs(best - s)
         ratio = weight(s) * way / np.where(slack > 0, slack, np.inf)
         return np.where(way > room, ratio, np.inf)

@@ -3,7 +3,6 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.cpython.unsafe.tuple import tuple_setitem
 
 from sdpgrind.base.compiling.compiled import compiled
 
@@ -117,7 +116,7 @@ def _arrived(reached, edges, ahead, beyond, paid, node, part):
         NaN: no edge was refused; infinite: a coordinate is NaN.
     """
     worst, ended = np.nan, False
-    for k in range(len(reached)):
+    for k in range(len(edges.shape)):
         y = reached[k]
         if np.isnan(y):
             worst, y = np.inf, edges.axes[k, 0]
@@ -126,47 +125,28 @@ def _arrived(reached, edges, ahead, beyond, paid, node, part):
         if not ended:
             ended, paid = _left(y, k, edges, paid, beyond)
         node[k], part[k] = _place(y, k, edges)
-    return paid if ended else _interpolated(ahead, len(reached), edges.shape, node, part, paid), worst
+    return paid if ended else _interpolated(ahead, len(edges.shape), edges.shape, node, part, paid), worst
 
 
 @compiled(error_model="numpy")
-def arrive(reached, paid, weight, axes, edges, ahead, beyond, penalty, worst, q):
-    """q[node] = E (value(next) + charges), 0 where the penalty is infinite.
+def arrive(reached, paid, weight, edges, value, target, level, penalty, begin, worst, q):
+    """q[row, node] = E (value(next) + charges) of the pairs from `begin` on; 0 where the penalty is infinite.
 
-    Parameters
-    ----------
-    reached : array, (nodes, noise, n)
-        States.
-    paid : array, (nodes, noise)
-        Charge ($) of each step.
-    weight : array, (noise,)
-        Probabilities.
-    axes : tuple of n floats
-        Room for a state: its length is compiled in.
-    edges, ahead, beyond
-        As of `_arrived`.
-    penalty : array, (nodes,)
-        Charge ($) of the move.
-    worst : float
-        What the last call returned; NaN before the first.
-    q : array, (nodes,)
-        Result, $.
-
-    Returns
-    -------
-    float
-        Worst coordinate that left a refused edge (NaN: none did; infinite: one was no number).
+    Pairs and what is `reached` and `paid` as `step_kernels` fills them. Return the coordinate that left a
+    refused edge, the last one seen (`worst`: none did), infinite where it was no number.
     """
-    low, part = np.empty(len(axes), dtype=np.int64), np.empty(len(axes))
-    for node in range(q.size):
+    nodes, axes = q.shape[1], reached.shape[2]
+    low, part = np.empty(axes, dtype=np.int64), np.empty(axes)
+    for i in range(min(reached.shape[0], q.size - begin)):
+        row, node = (begin + i) // nodes, (begin + i) % nodes
+        q[row, node] = 0.0
+        if penalty[row, node] == np.inf:
+            continue
+        ahead, beyond = value[target[row]], level[target[row]]
         total = 0.0
-        if penalty[node] != np.inf:
-            for k in range(weight.size):
-                x = axes
-                for axis in range(len(axes)):
-                    x = tuple_setitem(x, axis, reached[node, k, axis])
-                here, refused = _arrived(x, edges, ahead, beyond, paid[node, k], low, part)
-                worst = worst if np.isnan(refused) else refused
-                total += weight[k] * here
-        q[node] = total
+        for k in range(weight.size):
+            here, refused = _arrived(reached[i, k], edges, ahead, beyond, paid[i, k], low, part)
+            worst = worst if np.isnan(refused) else refused
+            total += weight[k] * here
+        q[row, node] = total
     return worst

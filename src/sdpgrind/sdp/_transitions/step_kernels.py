@@ -1,8 +1,7 @@
 """User's step in a compiled kernel, on floats, for moves too large to tabulate."""
 
 import inspect
-from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -27,10 +26,11 @@ from sdpgrind.sdp._transitions.arrival_kernels import (
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.sampled import Sampled, no_charge, not_for_axes
 
+_ROOM = 8192  # chosen: steps at a time; what they reach stays in the cache
+# ways in that nobody takes would be compiled, too: from C, and from Python into the user's functions
+_OPTIONS: Any = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_INNER: Any = {**_OPTIONS, "no_cpython_wrapper": True}
 _KINDS = {Constant: CONSTANT, Linear: LINEAR, Quadratic: QUADRATIC}
-_ROOM = 8192  # chosen: steps whose next states are kept until their values are looked up
-# nobody calls a step from C: its door would take a sixth of the time to compile
-_njit: Any = partial(njit, error_model="numpy", no_cfunc_wrapper=True)
 
 
 class Block(Protocol):
@@ -66,56 +66,51 @@ def _kernel(
     sizes: tuple[int, int, int, int],
     read: Any,
 ) -> Any:
-    """The steps of a row's nodes and noise, by one step function; compiled once for each.
-
-    It holds no more than the user's functions: what happens where they arrive is compiled but once.
-    """
+    """The steps from some (row, node); compiled for each step function, so nothing else is in it."""
     n_state, n_control, n_noise, n_axes = sizes
-    inner = _njit(no_cpython_wrapper=True)  # called by `walk` only
-    step = inner(step)
-    charge = inner(charge) if charge is not None else None
+    step = njit(step, **_INNER)
+    charge = njit(charge, **_INNER) if charge is not None else None
     charged = charge is not None
 
-    @_njit(nogil=True)
-    def walk(points, controls, noises, penalty, reached, paid):
-        """Put the next state [node, noise, axis] and the charge paid for it; skip infinite penalties.
+    @njit(**_OPTIONS)
+    def fill(points, controls, noises, penalty, begin, reached, paid):
+        """reached[i, k], paid[i, k]: where noise `k` leads, and its charge, for the pairs from `begin` on.
 
-        Return how many coordinates the step gives.
+        Pair `i` is the node and the row in ``row * nodes + node``; none that is not allowed is stepped.
         """
-        given = n_axes
-        c = control(*to_fixed_tuple(controls, n_control))
-        for node in range(points.shape[0]):
-            if penalty[node] == np.inf:
+        nodes = points.shape[0]
+        for i in range(min(reached.shape[0], controls.shape[0] * nodes - begin)):
+            row, node = (begin + i) // nodes, (begin + i) % nodes
+            if penalty[row, node] == np.inf:
                 continue
+            c = control(*to_fixed_tuple(controls[row], n_control))
             s = state(*to_fixed_tuple(points[node], n_state))
             for k in range(noises.shape[0]):
                 x = step(s, c, noise(*to_fixed_tuple(noises[k], n_noise)))
-                given = len(x)
-                if given != n_axes:
-                    return given
+                if len(x) != n_axes:
+                    raise TypeError(len(x))
                 for axis in range(n_axes):
-                    reached[node, k, axis] = x[axis]
+                    reached[i, k, axis] = x[axis]
                 if charged:
-                    paid[node, k] = charge(s, c, after(*x))
-        return given
+                    paid[i, k] = charge(s, c, after(*x))
 
-    return walk
+    return fill
 
 
 def compiles(bundle: Block, move: Sampled) -> bool:
     """Whether the step and its charge compile; they are compiled then."""
     try:
-        _edges(bundle.menu)  # a charge that is a function is left to numpy
-        walk, given = _call(bundle, move, 0)
-        return _compiles(walk, tuple(typeof(x) for x in given(0, _some(bundle)[0])))
+        _edges(bundle.menu)  # refuses charges that are no numbers
+        fill, given = _call(bundle, move, 0)
+        return _compiles(fill, tuple(typeof(x) for x in (*given, 0, *_room(bundle))))
     except (TypeError, ValueError):  # no function, or of values that numba has no type of
         return False
 
 
 @lru_cache(maxsize=32)
-def _compiles(walk: Any, types: tuple[Any, ...]) -> bool:
+def _compiles(fill: Any, types: tuple[Any, ...]) -> bool:
     try:
-        walk.compile(types)
+        fill.compile(types)
     except Exception:  # numba raises errors of any type
         return False
     return True
@@ -127,7 +122,8 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
     out = np.empty((bundle.sources.size, menu.rows, bundle.count))
     edges = _edges(menu)
     for k in range(bundle.sources.size):
-        worst = _swept(bundle, move, k, (value, level, edges), out[k])
+        ahead = tuple(map(np.ascontiguousarray, (value, bundle.target[k], level, bundle.penalty[k])))
+        worst = _fill(bundle, move, k, (bundle.weight, edges, *ahead), out[k])
         if np.isinf(worst):
             raise ValueError(f"move {menu.move.name!r}: step must give numbers; got NaN or an infinity")
         if not np.isnan(worst):
@@ -139,33 +135,29 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
     return out
 
 
-def _swept(
-    bundle: Block, move: Sampled, k: int, ahead: tuple[Floats, Floats, EdgeTables], out: Floats
-) -> float:
-    """Put the expectations [row, node] for the source `k`; return the worst coordinate, as `arrive`."""
-    value, level, edges = ahead
-    axes = (0.0,) * len(bundle.menu.grid.axes)
-    walk, given = _call(bundle, move, k)
+def _fill(bundle: Block, move: Sampled, k: int, ahead: tuple[Any, ...], out: Floats) -> float:
+    """Fill out[row, node] for the source `k`, some steps at a time; return what left an edge, as `arrive`."""
+    fill, given = _call(bundle, move, k)
+    reached, paid = _room(bundle)
     worst = np.nan
-    for row, target in enumerate(bundle.target[k]):
-        behind = np.ascontiguousarray(value[target]), level[target]
-        for some in _some(bundle):
-            args = given(row, some)
-            *_, penalty, reached, paid = args
-            if (count := walk(*args)) != len(axes):
-                raise not_for_axes(bundle.menu, f"a tuple of {count}")
-            worst = arrive(reached, paid, bundle.weight, axes, edges, *behind, penalty, worst, out[row, some])
-    return float(worst)
+    for begin in range(0, out.size, len(paid)):
+        try:
+            fill(*given, begin, reached, paid)
+        except TypeError as error:
+            raise not_for_axes(bundle.menu, f"a tuple of {error}") from None
+        worst = arrive(reached, paid, *ahead, begin, worst, out)
+    return worst
 
 
-def _some(bundle: Block) -> list[slice]:
-    """Nodes that are evaluated at once: what they arrive at stays in the processor's cache."""
-    count = max(1, _ROOM // bundle.weight.size)
-    return [slice(k, min(k + count, bundle.count)) for k in range(0, bundle.count, count)]
+def _room(bundle: Block) -> tuple[Floats, Floats]:
+    """Room for the coordinates and charges of as many (row, node) as are stepped at a time."""
+    noises = bundle.weight.size
+    pairs = max(1, min(_ROOM // noises, bundle.menu.rows * bundle.count))
+    return np.empty((pairs, noises, len(bundle.menu.grid.axes))), np.zeros((pairs, noises))
 
 
-def _call(bundle: Block, move: Sampled, k: int) -> tuple[Any, Callable[[int, slice], tuple[Floats, ...]]]:
-    """The kernel, and its arguments for a row of the source `k` and some nodes; all have the same room."""
+def _call(bundle: Block, move: Sampled, k: int) -> tuple[Any, tuple[Floats, ...]]:
+    """The kernel, and its arguments for the source `k`."""
     menu = bundle.menu
     c = menu.row_controls()
     s = menu.state(
@@ -181,17 +173,10 @@ def _call(bundle: Block, move: Sampled, k: int) -> tuple[Any, Callable[[int, sli
         record("N", tuple(a.name for a in menu.grid.axes)),
     )
     read = _read(move.step), _read(move.charge)  # compiled in: other values make another kernel
-    points, controls = _columns(s, bundle.count), _columns(c, menu.rows)
-    noises = _columns(tuple(bundle.noise.values()), bundle.weight.size)
-    penalty = np.ascontiguousarray(bundle.penalty[k])
-    reached = np.empty((_some(bundle)[0].stop, bundle.weight.size, sizes[-1]))
-    paid = np.zeros(reached.shape[:2])
-
-    def given(row: int, some: slice) -> tuple[Floats, ...]:
-        room = slice(some.stop - some.start)
-        return points[some], controls[row], noises, penalty[row, some], reached[room], paid[room]
-
-    return _kernel(move.step, move.charge, *types, sizes, read), given
+    return _kernel(move.step, move.charge, *types, sizes, read), (
+        _columns(s, bundle.count), _columns(c, menu.rows),
+        _columns(tuple(bundle.noise.values()), bundle.weight.size), np.ascontiguousarray(bundle.penalty[k]),
+    )  # fmt: skip
 
 
 def _read(function: Any) -> Any:
@@ -235,7 +220,7 @@ def _edges(menu: Menu) -> EdgeTables:
             )
             extra[k, side] = 0.0 if isinstance(edge, str) else edge
     logs = np.array([a.scale == "log" for a in grid.axes])
-    return EdgeTables(axes, logs, np.array(grid.shape, dtype=np.int64), kinds, extra, _sides(menu))
+    return EdgeTables(axes, logs, tuple(map(int, grid.shape)), kinds, extra, _sides(menu))
 
 
 def _sides(menu: Menu) -> Floats:
