@@ -28,14 +28,16 @@ BOTH = {"stroke_offset": 0.002, "mu_kinetic": 0.004}
 
 
 def run_lengths(reference, limit, series, rng, steps=20_000):
-    """Values until each of many sums alarms, by plain steps."""
-    up, down, left, lengths = np.zeros(series), np.zeros(series), np.full(series, True), np.zeros(series)
+    """Values until each of many sums alarms, by plain steps; a sum that has alarmed is left out."""
+    up, down, left, lengths = np.zeros(series), np.zeros(series), np.arange(series), np.zeros(series)
     for k in range(steps):
-        z = rng.standard_normal(series)
+        z = rng.standard_normal(left.size)
         up, down = np.maximum(0, up + z - reference), np.maximum(0, down - z - reference)
-        out = left & (np.maximum(up, down) > limit)
-        lengths[out], left = k + 1, left & ~out
-        if not left.any():
+        out = np.maximum(up, down) > limit
+        if out.any():
+            lengths[left[out]] = k + 1
+            up, down, left = up[~out], down[~out], left[~out]
+        if left.size == 0:
             return lengths
     raise AssertionError("a sum has not alarmed")
 
