@@ -71,11 +71,10 @@ def rows() -> Iterator[Row]:
     yield Row("power gain 0.98, declared 2 %", 0, np.inf, {"power_gain_sd": 0.02}, grinder=gain, parts=400)
     for by, tick, burned in ((0.01, 0.04, 8), (0.02, 0.04, 20), (0.02, 0.01, 8)):
         dulls = {"wear": plunge.Wear(by * SIMULATION.model.wear_flat_area / SIMULATION.stock)}
-        name, sampled = (
-            f"dulls by {100 * by:g} % in a part, unknown, {1000 * tick:g} ms",
-            {"sample_time": tick},
-        )
+        name, sampled = f"dulls by {by:.0%} in a part, unknown, {1000 * tick:g} ms", {"sample_time": tick}
         yield Row(name, burned, 0.8, sampled, dulls | sampled, note=f"{100 * by:g} sd of its change")
+    dulls = {"wear": plunge.Wear(0.05 * SIMULATION.model.wear_flat_area / SIMULATION.stock)}
+    yield Row("dulls by 5% in a part, declared 2 %", 20, 1.0, {"sharpness_change_sd": 0.02}, dulls)
     yield Row("confidence 0.99, B sd 2 %", 60, np.inf, {"burning_sd": 0.02}, drawn={"burning_sd": 0.02},
               confidence=0.99, note="calibrated where 12 to 60 burn")  # fmt: skip
     round_enough = 3.05e-3

@@ -203,6 +203,15 @@ def test_a_depth_below_zero_far_outside_the_scatter_is_refused_with_its_pass(wro
         weldbead.identify(data | {"cut_depth": depth}, "scatter", model=BASE)
 
 
+def test_a_depth_below_zero_that_is_alone_at_its_force_is_refused():
+    """Without it all passes are of one force, and no line can be fitted."""
+    force, feed = np.append(np.full(19, 30.0), 45.0), np.full(20, 10.0)
+    depth = 0.1 * np.exp(0.1 * np.random.default_rng(0).standard_normal(20))
+    alone = {"normal_force": force, "feed_rate": feed, "cut_depth": np.append(depth[:-1], -0.02)}
+    with pytest.raises(ValueError, match=r"got -0\.02 in the pass of normal_force 45 N"):
+        weldbead.identify(alone, "scatter", model=BASE)
+
+
 def test_depths_below_zero_of_a_noisy_gauge_are_taken():
     """Light passes of like depth scatter as much, as the gauge does."""
     data = pass_data("C1", 0.06)

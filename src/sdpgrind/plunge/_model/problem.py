@@ -195,7 +195,8 @@ class CycleProblem(Described):
     def draw(self, rng: Seed) -> PlungeModel:
         """Return a model with B, diffusivity, wear flat area, force ratio and wheel wear drawn as declared.
 
-        The values are in the units of the model, such as mm^2/s.
+        The values are in the units of the model, such as mm^2/s. A change of the wheel within a part is not
+        drawn: give the model its `wear`.
 
         Parameters
         ----------

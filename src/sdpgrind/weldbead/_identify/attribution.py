@@ -282,9 +282,10 @@ def _refitted(
 
 
 def _line(x: Floats, y: Floats, share: Floats) -> tuple[float, float]:
-    """Value at 0 and slope of the weighted regression of y on x, which are not all the same."""
+    """Value at 0 and slope of the weighted regression of y on x; slope 0 where all x are the same."""
     away = x - share @ x
-    slope = float((share * away) @ y / ((share * away) @ away))
+    alike = np.ptp(x) <= 1e-9 * np.max(np.abs(x))  # where the passes of another force are left out
+    slope = 0.0 if alike else float((share * away) @ y / ((share * away) @ away))
     return float(share @ y - slope * (share @ x)), slope
 
 
