@@ -1,6 +1,7 @@
 """Command line ``hwsim``, one command an area: ``hwsim weldbead examples/weldbead.toml --out runs/bead``."""
 
 import argparse
+import atexit
 import gc
 import os
 import sys
@@ -68,6 +69,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None:  # as a command, not from Python
         _open_streams()
         catch_signals()
+        atexit.register(gc.freeze)  # else collectors walk twice through all that goes with the process anyway
     arguments = None
     output: Any = UnreadOutput(sys.stdout)  # ``hwsim weldbead ... | head`` closes it
     try:

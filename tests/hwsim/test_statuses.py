@@ -1,7 +1,9 @@
 """Exit statuses of commands, their one line of text, and the lock of a folder."""
 
+import atexit
 import ctypes
 import errno
+import gc
 import io
 import os
 import re
@@ -119,6 +121,22 @@ def test_a_fault_of_ours_is_one_line_and_a_file(capsys):
 
 
 RING = ["roundness", "tests/data/samples/ring.x3p", "--radius", "40"]
+
+
+def test_garbage_is_not_searched_for_where_a_command_ends(monkeypatch, capsys):
+    """Half a second of three, of a plunge job with its page."""
+    at_end = []
+    monkeypatch.setattr(atexit, "register", at_end.append)
+    monkeypatch.setattr(sys, "argv", ["hwsim", "--version"])
+    monkeypatch.setattr("hwsim.cli.catch_signals", lambda: None)
+    with pytest.raises(SystemExit):
+        main()
+    try:
+        for call in at_end:
+            call()
+        assert gc.get_freeze_count() > 1000
+    finally:
+        gc.unfreeze()
 
 
 def test_a_closed_standard_error_changes_nothing():

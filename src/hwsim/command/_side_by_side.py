@@ -3,6 +3,7 @@
 Processes are new ones, since none may be forked where threads run. Signals end the parent, which ends them.
 """
 
+import atexit
 import gc
 import os
 import signal
@@ -93,6 +94,7 @@ def _start(told: Any, seldom: tuple[int, int, int]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
     gc.set_threshold(*seldom)
+    atexit.register(gc.freeze)  # else collectors walk through all that was compiled: 1.2 of 20 s (measured)
     _Teller.queue = told
 
 
