@@ -258,10 +258,13 @@ def test_the_tour_of_the_three_tiers_runs_as_written(elsewhere, coarse, few):
 
 @pytest.mark.slow
 def test_the_tour_of_beads_that_are_learned_runs_as_written(elsewhere, monkeypatch):
-    """But for the number of beads of its promise: 0.01 $ takes 5000."""
+    """But for the number of beads of its promise, 5000 for 0.01 $, and the tolerance of its plan."""
+    from sdpgrind import weldbead
     from sdpgrind.weldbead.sequence import _promise
 
-    monkeypatch.setattr(_promise, "MOST", 50)
+    monkeypatch.setattr(_promise, "MOST", 10)
+    monkeypatch.setattr(_promise, "BATCH", 10)
+    monkeypatch.setattr(weldbead, "plan", partial(weldbead.plan, tolerance=1e-2))
     names: dict = {}
     exec(compile(BEADS, "beads", "exec"), names)
     assert names["policy"].status in ("time limit", "tolerance reached")
