@@ -131,7 +131,7 @@ def test_late_times_that_are_stated_have_an_answer(charge, low):
     assert ("< 0: late" in told) == (low < 0.0)
     assert ("whole stages of 2 s" in told) == whole
     times = np.arange(max(low, -50.0), 60.0, 2.0 if whole else 0.25)
-    codes = [given.step(np.zeros(1), *given.law, 1.0, time, np.empty(4)) for time in times]
+    codes = [given.take(np.zeros(1), (1.0, time), np.empty(4)) for time in times]
     assert min(codes) >= 0
     if charge is None:
         with pytest.raises(ValueError, match="time_left"):
@@ -189,6 +189,12 @@ def test_ranges_that_are_none(low, high):
         ValueError, match=rf"inputs\['x'\] must be of low <= high \(mm\); got \({low}, {high}\)"
     ):
         recipe(x=Signal("mm", low=low, high=high))
+
+
+def test_a_library_law_of_other_numbers():
+    for law in ((np.array([1.0, 2.5]),), (np.array([1.0, 2.0]), 0.0)):
+        with pytest.raises(ValueError, match="library_law must be of the numbers of law; got"):
+            Recipe("x", squared, WIDE, {"z": ""}, law=(np.array([1, 2], dtype=np.int16),), library_law=law)
 
 
 def test_what_is_no_signal():

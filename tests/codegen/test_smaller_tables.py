@@ -120,10 +120,10 @@ def test_value_and_gap_in_floats(policy, tmp_path):
     assert found.differing == 0, found.first
     out = np.zeros(5)
     for height, time in ((1.0, 30.0), (0.31, 12.0), (1.7333, 47.1)):
-        made.recipe.step(np.zeros(1), *made.recipe.law, height, time, out)
+        made.recipe.take(np.zeros(1), (height, time), out)
         wanted = policy.value(height, time), policy.action(height, time).gap
         assert (out[4], out[3]) == pytest.approx(wanted, rel=1e-6, abs=1e-7)
-    assert np.isnan([made.recipe.step(np.zeros(1), *made.recipe.law, -0.1, 9.0, out), out[4]]).tolist() == [
+    assert np.isnan([made.recipe.take(np.zeros(1), (-0.1, 9.0), out), out[4]]).tolist() == [
         False,
         True,
     ]

@@ -1,8 +1,17 @@
 """Small tables: unrounded the bits of the full ones; rounded within half a step, in order, within the interval."""
 
+import numba
 import numpy as np
 import pytest
-from sdp_inside import Rounding, narrowed, small_kernels, small_of, small_tables, small_tables_module
+from sdp_inside import (
+    PRECISIONS,
+    Rounding,
+    narrowed,
+    small_kernels,
+    small_of,
+    small_tables,
+    small_tables_module,
+)
 
 from sdpgrind import sdp
 from sdpgrind.base.compiling.compiled import opened
@@ -29,7 +38,7 @@ def states(count=400):
 
 def told_of(small, time, x):
     out = np.zeros(small.told.kind.size)
-    small_kernels.tell_small_at(small.table, small.told, 0, time, x, 0.0, 0.0, out)
+    small_kernels.tell_small_at(*small.wide, 0, time, x, 0.0, 0.0, out)
     return out
 
 
@@ -38,8 +47,8 @@ def test_unrounded_tables_have_the_bits_of_the_full_ones(bend):
     assert bend.kinks.act.size > 20
     for time, x in states():
         found, move, entry, control, gap = bend.single.act(time, x)
-        assert small_kernels.act_small_at(small.table, 0, time, x, 0.0, 0.0)[:1] == (found,)
-        _, code, own = small_kernels.act_small_at(small.table, 0, time, x, 0.0, 0.0)
+        state, code, own = small_kernels.act_small_at(small.wide[0], 0, time, x, 0.0, 0.0)
+        assert state == found
         assert code == move if move < 0 else codes[code] == (move, entry)
         assert np.array_equal(own, control if move == 0 else np.nan, equal_nan=True)
         told, value = told_of(small, time, x), bend.single.value(time, x)
@@ -106,6 +115,17 @@ def test_no_gap_is_infinite(bend, precision):
     small = small_of(bend, precision, ("gap",))
     assert told_of(small, 0.0, 1.0)[0] == np.inf
     assert told_of(small, 2.0, 1.03)[0] == pytest.approx(bend.action(hits_left=2, error=1.03).gap, abs=1e-3)
+
+
+def test_kernels_are_compiled_once_for_all_precisions(bend):
+    """Wide tables have the types of one another, and the numbers that C has."""
+    kinds = set()
+    for precision in PRECISIONS:
+        small = small_of(bend, precision, ("gap", "value"))
+        kinds.add(tuple(map(numba.typeof, small.wide)))
+        for one, other in zip(small.law, small.wide, strict=True):
+            assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
+    assert len(kinds) == 1
 
 
 def test_cells_are_found_by_bisection(bend):

@@ -130,6 +130,9 @@ class Recipe:
         What a run of `Exported.controller` needs beyond the C.
     notes : mapping
         Further entries of the manifest, as JSON has them.
+    library_law : tuple, optional
+        The same numbers, for steps of the library: with wider ones where `law` has narrow tables, one kernel
+        serves all widths, as C computes with eight bytes anyway. Default: `law`.
 
     Raises
     ------
@@ -172,6 +175,7 @@ class Recipe:
     kind: str = "step"
     role: Role = field(default_factory=Role)
     notes: Mapping[str, Any] = field(default_factory=dict)
+    library_law: tuple[Any, ...] | None = None
 
     def __post_init__(self) -> None:
         c_name("name", self.name)
@@ -191,15 +195,30 @@ class Recipe:
         object.__setattr__(self, "state", state)
         for name in ("law", "after"):
             object.__setattr__(self, name, tuple(_plain(one) for one in getattr(self, name)))
+        if self.library_law is not None:
+            object.__setattr__(self, "library_law", _plain(tuple(self.library_law)))
+            if not _same_numbers(self.law, self.library_law):
+                raise checks.refuse("library_law", "of the numbers of law", self.library_law)
+
+    @property
+    def taken(self) -> tuple[Any, ...]:
+        """Constants of the step in the library."""
+        return self.law if self.library_law is None else self.library_law
+
+    def entry(self) -> Callable[..., Any]:
+        """Return the step compiled for the library's constants; nothing guards types of arguments."""
+        row = [0.0] * len(self.inputs)
+        out = np.zeros(len(self.outputs) if self.program is None else self.program.width)
+        return self.step.entry(self.state, *self.taken, *row, *self.after, out)
 
     def take(self, state: Floats, row: Sequence[float], out: Floats) -> int:
         """Advance `state` by a row of inputs (mm, s, N ...), fill `out`; return the status."""
         if self.program is None or self.program.finish is None:
-            return int(self.step(state, *self.law, *row, *self.after, out))
+            return int(self.step(state, *self.taken, *row, *self.after, out))
         room = np.zeros(self.program.width)
-        if self.step(state, *self.law, *row, *self.after, room):
+        if self.step(state, *self.taken, *row, *self.after, room):
             self.program.solve(room)
-        return int(self.program.finish(state, *self.law, room, out))
+        return int(self.program.finish(state, *self.taken, room, out))
 
     @property
     def finite(self) -> tuple[bool, ...]:
@@ -262,6 +281,15 @@ def leaves(things: Any) -> list[Any]:
     if isinstance(things, tuple):
         return [leaf for one in things for leaf in leaves(one)]
     return [things]
+
+
+def _same_numbers(first: Any, second: Any) -> bool:
+    """Whether the numbers of nested tuples are equal, of whatever width they are."""
+    ones, others = (list(map(np.asarray, leaves(one))) for one in (first, second))
+    return len(ones) == len(others) and all(
+        np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+        for one, other in zip(ones, others, strict=True)
+    )
 
 
 def _plain(thing: Any) -> Any:

@@ -111,8 +111,7 @@ def constants_of(recipe: Recipe, program: CProgram) -> list[Value]:
         told = "step(state, *law, *inputs, *after, out)"
         raise checks.refuse("step", f"{told}, of {wanted} parameters", names)
     program.comments = dict(recipe.tables)
-    pairs = zip(recipe.law, names[1:], strict=False)
-    return [program.constant(one, name) for one, name in pairs]
+    return list(map(program.constant, recipe.law, names[1:], recipe.taken))
 
 
 def _row(code: str, size: int) -> Value:
@@ -135,6 +134,7 @@ def _step(recipe: Recipe, name: str, program: CProgram, constants: list[Value]) 
     after = [program.constant(one, "") for one in recipe.after]
     behind = _row("o", len(recipe.outputs))
     room = behind if recipe.program is None else _row("room", recipe.program.width)
+    recipe.entry()  # its kernels tell the types of results: for narrow tables none is compiled
     function, call = _call(program, recipe.step, [state, *constants, *inputs, *after, room])
     calls = [f"status = (int32_t){call};"]
     if recipe.program is not None:
@@ -219,5 +219,5 @@ def reset_state(recipe: Recipe) -> Any:
     if recipe.start is None:
         return recipe.state.copy()
     state = np.zeros(recipe.state.size)
-    recipe.start(state, *recipe.law)
+    recipe.start(state, *recipe.taken)
     return state

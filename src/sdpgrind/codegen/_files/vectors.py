@@ -75,9 +75,7 @@ def _taker(recipe: Recipe) -> Callable[[Floats, list[float], Floats], int]:
     """Return `Recipe.take` for many rows of floats: the types of the constants are looked at once."""
     if recipe.program is not None:
         return recipe.take
-    law, after = recipe.law, recipe.after
-    row, out = [0.0] * len(recipe.inputs), np.zeros(len(recipe.outputs))
-    step = recipe.step.entry(recipe.state, *law, *row, *after, out)
+    law, after, step = recipe.taken, recipe.after, recipe.entry()
     return lambda state, row, out: int(step(state, *law, *row, *after, out))
 
 

@@ -142,31 +142,35 @@ class CProgram:
 
     # -- constants -------------------------------------------------------------------------------------
 
-    def constant(self, thing: Any, name: str) -> Value:
-        """Return a constant of the library or of the law, or a thing that exists while translating."""
+    def constant(self, thing: Any, name: str, library: Any = None) -> Value:
+        """Return a constant of the library or of the law, or a thing that exists while translating.
+
+        `library`: the same numbers as the library's step has them, where these are wider.
+        """
         if isinstance(thing, np.generic) and not isinstance(thing, np.void):
             thing = thing.item()
         if isinstance(thing, bool | int | float):
             return literal(thing, name if not name.startswith(("inf", "nan", "pi")) else "")
         if isinstance(thing, tuple):
             fields = getattr(thing, "_fields", range(len(thing)))
-            items = tuple(
-                self.constant(one, f"{name}_{inner}" if isinstance(one, tuple | np.ndarray) else "")
+            named = (
+                f"{name}_{inner}" if isinstance(one, tuple | np.ndarray) else ""
                 for one, inner in zip(thing, fields, strict=True)
             )
+            items = tuple(map(self.constant, thing, named, thing if library is None else library))
             return gathered(type(thing), items)
         if isinstance(thing, np.ndarray):
-            return self.table(thing, name or "table")
+            return self.table(thing, name or "table", thing if library is None else library)
         return known(thing)
 
-    def table(self, array: Any, name: str) -> Value:
-        """Return an array of constants, which is written once."""
+    def table(self, array: Any, name: str, library: Any = None) -> Value:
+        """Return an array of constants, which is written once; `library` as of `constant`."""
         array = np.ascontiguousarray(array)
-        key = (array.dtype.str, array.shape, array.tobytes())
+        rounded = library is not None and library.dtype.kind != array.dtype.kind
+        key = (array.dtype.str, array.shape, array.tobytes(), rounded)
         if key not in self._arrays:
-            made = ConstantTable(
-                self._free(name), array, self.comments.get(name, name.strip("_").replace("_", " "))
-            )
+            about = self.comments.get(name, name.strip("_").replace("_", " "))
+            made = ConstantTable(self._free(name), array, about, rounded)
             self.tables[made.name] = made
             numbers = made.numbers if made.known else []
             few = numbers if array.size <= _FEW else []

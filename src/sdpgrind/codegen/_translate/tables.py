@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sdpgrind.codegen._translate.types import BOOL, ELEMENTS, FLOAT32, Scalar
+from sdpgrind.codegen._translate.types import BOOL, ELEMENTS, FLOAT32, ROUNDED, Scalar
 from sdpgrind.codegen._translate.values import comment, literal
 
 _COLUMNS = 8  # chosen: numbers in a line
@@ -15,16 +15,17 @@ _WHOLE = 1e15  # chosen: whole numbers below it are written as such; all of them
 
 @dataclass(frozen=True, eq=False)
 class ConstantTable:
-    """An array of constants and its name in C; `about`: what it is."""
+    """An array of constants and its name in C; `about`: what it is; `rounded`: the library has doubles."""
 
     name: str
     array: Any
     about: str
+    rounded: bool = False
 
     @property
     def element(self) -> Scalar:
         """Type of the numbers."""
-        return ELEMENTS[self.array.dtype]
+        return (ROUNDED if self.rounded else ELEMENTS)[self.array.dtype]
 
     @property
     def numbers(self) -> list[Any]:

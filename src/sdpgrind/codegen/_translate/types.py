@@ -1,6 +1,6 @@
 """Types of what kernels compute with: numbers, arrays of known shape, records of floats, tuples."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numba
@@ -13,11 +13,12 @@ from sdpgrind.base.states import RecordType
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number: its name in C, its bytes, and its place among types that widen."""
+    """A number: its name in C, bytes, place among types that widen; `rounded`: the library has a double."""
 
     c: str
     size: int
     rank: int
+    rounded: bool = False
 
 
 BOOL, INT8, INT16 = Scalar("bool", 1, 0), Scalar("int8_t", 1, 1), Scalar("int16_t", 2, 2)
@@ -31,6 +32,9 @@ ELEMENTS = {
         strict=True,
     )
 }
+
+ROUNDED = {dtype: replace(kind, rounded=True) for dtype, kind in ELEMENTS.items() if dtype.kind == "i"}
+"""Elements of tables of whole numbers where the library's step has doubles."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,7 @@ def size_of(kind: Type) -> int:
 
 
 _OF_NUMBA = {kind: from_dtype(dtype) for dtype, kind in ELEMENTS.items()}
+_OF_NUMBA |= dict.fromkeys((FLOAT32, *ROUNDED.values()), of_numba.float64)  # as which they are computed with
 
 
 def to_numba(kind: Type) -> Any:
@@ -164,7 +169,7 @@ def to_numba(kind: Type) -> Any:
 
 def same_result(kind: Type, result: Any) -> bool:
     """Whether a type is that of numba, of whatever layout its arrays and width its whole numbers are."""
-    if isinstance(kind, Scalar) and kind not in (BOOL, FLOAT32, FLOAT64):
+    if isinstance(kind, Scalar) and kind not in (BOOL, FLOAT32, FLOAT64) and not kind.rounded:
         return isinstance(of_numba.unliteral(result), of_numba.Integer)
     if isinstance(kind, Array):
         return isinstance(result, of_numba.Array) and result.dtype == to_numba(kind).dtype

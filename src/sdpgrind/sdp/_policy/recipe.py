@@ -65,12 +65,14 @@ def recipe_of(policy: Any, asked: TablesAsked) -> Recipe:
     if bent is not None:
         step = bent_kernels.action_told_bent_at if told else bent_kernels.action_bent_at
     before = (0.0,) * ((len(layout.modes) == 1) + layout.endless)
+    behind = (*([] if bent is None else [bent]), lists, level, codes.stops, *before)
     return Recipe(
         "policy",
         step,
         inputs_of(policy),
         {**controls_of(policy), **{name: _TOLD[name] for name in told}},
-        law=(*small.law, *([] if bent is None else [bent]), lists, level, codes.stops, *before),
+        law=(*small.law, *behind),
+        library_law=(*small.wide, *behind),
         after=(0.0,) * (3 - len(layout.axes)),
         tables=_TABLES,
         status=(*layout.stops, *(move.name for move in layout.moves)),

@@ -24,6 +24,7 @@ _TYPES: dict[str, tuple[type, type]] = {
     "double": (np.float64, np.float64),
 }
 """Type of rounded numbers, and of costs of lines whose order these would change."""
+_ROUNDED = ("control", "line_control", "cost", "told")
 LARGEST = 2**15 - 1  # derived: largest n of 16 bits; -LARGEST - 1 stands for infinity
 _TOLD = {"gap": GAP, "value": VALUE}
 
@@ -51,8 +52,19 @@ class Small:
 
     @property
     def law(self) -> tuple[Any, ...]:
-        """The tables, for a kernel."""
+        """The tables, as C has them."""
         return (self.table,) if self.told is None else (self.table, self.told)
+
+    @property
+    def wide(self) -> tuple[Any, ...]:
+        """The tables with doubles and long whole numbers: one compiled kernel serves all of them."""
+        return tuple(one._make(map(_wide, one._fields, one)) for one in self.law)
+
+
+def _wide(name: str, thing: Any) -> Any:
+    if not isinstance(thing, np.ndarray):
+        return thing
+    return thing.astype(np.float64 if name in _ROUNDED or thing.dtype.kind == "f" else np.int64)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ def next_pass_at(
     Constants up to `lines` are those of `act_linear_at`; `durations` (s) and `feeds` (mm/s): of the moves.
     """
     found, move, _, force, gained = act_linear_at(
-        frame, shape, best, entry, control, gap, at, start, lines, 0, time_left, height, 0.0, 0.0
+        frame, shape, best, entry, control, gap, at, start, lines, np.int64(0), time_left, height, 0.0, 0.0
     )
     if found > OUTSIDE:  # guard
         return -1
@@ -29,7 +29,7 @@ def next_pass_at(
 @compiled(error_model="numpy")
 def next_pass_small_at(state, table, durations, feeds, height, time_left, out):
     """`next_pass_at` with small tables, without the gap."""
-    found, move, force = act_small_at(table, 0, time_left, height, 0.0, 0.0)
+    found, move, force = act_small_at(table, np.int64(0), time_left, height, 0.0, 0.0)
     if found > OUTSIDE:  # guard
         return -1
     out[0], out[1], out[2] = 0.0, np.nan, np.nan
@@ -44,5 +44,5 @@ def next_pass_told_at(state, table, told, durations, feeds, height, time_left, o
     """`next_pass_small_at` with what `told` tells beside the pass: gap, value, $."""
     status = next_pass_small_at(state, table, durations, feeds, height, time_left, out)
     if status >= 0:
-        tell_small_at(table, told, 0, time_left, height, 0.0, 0.0, out[3:])
+        tell_small_at(table, told, np.int64(0), time_left, height, 0.0, 0.0, out[3:])
     return status

@@ -43,12 +43,13 @@ def small_recipe_of(policy: Any, durations: list[float], feeds: list[float], ask
     usual = recipe_of(policy, durations, feeds)
     told = asked.told(_PASS, _TOLD, ("gap",))
     small, notes = small_tables(policy.table, asked.precision, asked.lost_max, told, asked.tell)
-    outputs = {**usual.outputs, "value": _VALUE}
+    outputs, moves = {**usual.outputs, "value": _VALUE}, (np.array(durations), np.array(feeds))
     return replace(
         usual,
         step=next_pass_told_at if told else next_pass_small_at,
         outputs={name: outputs[name] for name in (*_PASS, *told)},
-        law=(*small.law, np.array(durations), np.array(feeds)),
+        law=(*small.law, *moves),
+        library_law=(*small.wide, *moves),
         tables={**usual.tables, **_TABLES},
         notes=notes,
     )
