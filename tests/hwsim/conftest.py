@@ -1,13 +1,13 @@
 """What several files of this folder use."""
 
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 import pytest
+from hwsim_forked import forked
 
 
 @pytest.fixture(scope="session")
 def processes():
-    """Another process, begun anew: what it imports is imported once for all files of a worker."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+    """Another process, which shares nothing with this one: forked from where commands are."""
+    with ProcessPoolExecutor(1, mp_context=forked()) as executor:
         yield executor

@@ -121,19 +121,18 @@ def test_a_fault_of_ours_is_one_line_and_a_file(capsys):
 RING = ["roundness", "tests/data/samples/ring.x3p", "--radius", "40"]
 
 
-def test_a_closed_standard_error_changes_nothing():
-    """The first line of a command went to its output."""
-    quiet = subprocess.run(
-        [*COMMAND, *RING], stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2), text=True
-    )
-    assert quiet.returncode == 0 and quiet.stdout.startswith("file    ring.x3p: 500 points\n")
-
-
-def test_what_nobody_reads_on_standard_error_changes_nothing():
-    """With a reader that had gone nothing was done."""
-    quiet = Command(*RING, unread=True)
+@pytest.mark.parametrize("how", ["closed", "unread"])
+def test_a_standard_error_that_takes_nothing_changes_nothing(how):
+    """Closed, the first line of a command went to its output; with a reader that had gone nothing was done."""
+    quiet = Command(*RING, **{how: True})
     out, _ = quiet.communicate()
     assert quiet.returncode == 0 and out.startswith("file    ring.x3p: 500 points\n")
+
+
+def test_what_is_told_goes_nowhere_where_standard_error_is_closed_from_the_beginning():
+    told = [*COMMAND, "verify", "missing.db"]
+    quiet = subprocess.run(told, stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2), text=True)
+    assert (quiet.returncode, quiet.stdout) == (2, "")
 
 
 def test_a_second_writer_is_refused_with_the_first_ones_name(tmp_path, capsys):
