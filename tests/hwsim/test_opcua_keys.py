@@ -79,7 +79,13 @@ def test_an_observer_reads_and_does_not_command(server, keys):
 
 
 def test_a_user_that_is_not_known_is_refused_and_after_five_failed_logins_all_of_an_address(keys):
-    wrong = [None, ("operator", "wrong"), ("nobody", "correct horse"), ("operator", ""), ("operator", "guess")]
+    wrong = [
+        None,
+        ("operator", "wrong"),
+        ("nobody", "correct horse"),
+        ("operator", ""),
+        ("operator", "guess"),
+    ]
     with hwsim.serve(Axis(), ANY, security=keys, users=USERS) as own:
         for user in (*wrong, ("operator", USERS["operator"])):
             with pytest.raises(PermissionError) as error:
