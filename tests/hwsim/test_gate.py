@@ -328,15 +328,15 @@ def test_a_run_through_the_gate():
 
 
 def test_a_step_that_hangs_behind_the_gate_and_parts_after_it():
-    axis = Axis(length=60.0)
+    axis, through = Axis(length=60.0), {"gate": True, "deadline": 0.3}
     with served(axis, timeout=60.0) as server:
         plant = behind(server)
-        with pytest.raises(hwsim.Aborted, match="no sign of the controller for more than 100 ms") as said:
-            hwsim.run(plant, Drive(lambda: time.sleep(0.2) or {"velocity": 9.0}), live=live(gate=True))
+        with pytest.raises(hwsim.Aborted, match="no sign of the controller for more than 300 ms") as said:
+            hwsim.run(plant, Drive(lambda: time.sleep(0.4) or {"velocity": 9.0}), live=live(**through))
         assert said.value.log.outcome.safe_by.values.tolist() == ["gate"]
         assert axis.told[-1][1] == axis.safe and {"velocity": 9.0} not in [each for _, each in axis.told]
         gate, ended = plant._link.gate, Drive(lambda: {"stop": 1.0}, at=3)
-        assert hwsim.run(plant, ended, live=live(gate=True)).outcome.stopped.values.tolist() == [1.0]
+        assert hwsim.run(plant, ended, live=live(**through)).outcome.stopped.values.tolist() == [1.0]
         assert plant._link.gate is gate  # one process for all parts
         assert len(hwsim.run(plant, ended, live=live())) == 1  # the session of this process commands again
         assert plant._link.gate is None and not gate.alive
