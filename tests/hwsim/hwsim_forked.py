@@ -24,6 +24,13 @@ IMPORTED = (
 """What the commands of these tests import once they know what they are asked for."""
 
 
+def forked():
+    """Context of processes that are forked from one that has imported all that."""
+    context = get_context("forkserver")
+    context.set_forkserver_preload(list(IMPORTED))
+    return context
+
+
 class Command:
     """``hwsim`` with these arguments, as `subprocess.Popen` with pipes for both outputs.
 
@@ -35,18 +42,19 @@ class Command:
         Whether no file can grow beyond 4 KiB.
     unread : bool
         Whether standard error has lost its reader before the command begins.
+    closed : bool
+        Whether standard error is closed, which Python shows as None.
     """
 
-    def __init__(self, *arguments, full_disk=False, unread=False):
-        context = get_context("forkserver")
-        context.set_forkserver_preload(list(IMPORTED))
+    def __init__(self, *arguments, full_disk=False, unread=False, closed=False):
+        context = forked()
         (out, its_out), (error, its_error) = (context.Pipe(duplex=False) for _ in range(2))
         self.stdout, self.stderr = (os.fdopen(os.dup(end.fileno()), "r") for end in (out, error))
         out.close()
         error.close()
         if unread:
             self.stderr.close()
-        given = its_out, its_error, [str(each) for each in arguments], full_disk
+        given = its_out, its_error, [str(each) for each in arguments], full_disk, closed
         self._process = context.Process(target=_carry_out, args=given, daemon=True)
         self._process.start()
         its_out.close()
@@ -85,11 +93,14 @@ class Command:
             return tuple("" if end.closed else end.read() for end in (self.stdout, self.stderr))
 
 
-def _carry_out(out, error, arguments, full_disk):
+def _carry_out(out, error, arguments, full_disk, closed):
     """What the new process does."""
     for number, end in enumerate((out, error), 1):
         os.dup2(end.fileno(), number)
         end.close()
+    if closed:
+        os.close(2)
+        sys.stderr = None
     sys.argv = ["hwsim", *arguments]
     if full_disk:
         # Without bytecode: Python 3.11 would leave that of a new module cut at the limit, for all later processes.

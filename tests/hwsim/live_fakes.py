@@ -42,7 +42,7 @@ def asleep(seconds):
 
 
 def looping():
-    end = time.monotonic() + 0.4
+    end = time.monotonic() + 0.2
     while time.monotonic() < end:
         pass
 

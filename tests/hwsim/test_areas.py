@@ -22,7 +22,7 @@ from sdpgrind import plunge
 from sdpgrind.base import records
 from sdpgrind.base.quantities import Described, described, law, quantity
 
-pytestmark = pytest.mark.usefixtures("sketched")
+pytestmark = pytest.mark.usefixtures("sketch")
 
 
 @pytest.fixture(autouse=True)
@@ -95,6 +95,7 @@ def test_runs_reports_and_keeps(tmp_path, capsys):
         "run.nc",
         "run.png",
     ]
+    assert all(file.read_bytes().startswith(b"\x89PNG") for file in out.glob("*.png"))
     again = said(capsys, "--preset", "full", "--parts", 12, "--rng", 3, "--out", out, "--no-pictures")
     assert again.splitlines()[:-1] == lines[:-1]
     fewer = said(capsys, "--preset", "full", "--parts", 2, "--rng", 3, "--out", out, "--no-pictures")

@@ -22,6 +22,7 @@ from hwsim.opcua._foreign import nodes_of, read_nodes
 from hwsim.opcua._gate import Gate
 from hwsim.opcua._gate_process import RunnerProcess
 from hwsim.opcua._gate_rules import GateAnswer, GatedForwarding, GateRules, Handed
+from hwsim.opcua._gated import GateReader
 from hwsim.opcua._slots import Slots, mapped, shared
 
 pytestmark = pytest.mark.usefixtures("nothing_collected")
@@ -146,6 +147,17 @@ def test_after_the_end_nothing_is_written():
     runner.hand({"rate": 1.0}, 0)
     runner.over()
     assert [polled(rules, now) for now in (2, 100, 1000)] == [{}, {}, {}] and not rules.alive(2 * MS)
+
+
+def test_a_gate_that_answers_the_end_of_a_part_at_once_breaks_nothing_off():
+    """A finished part was told as aborted where that answer was read before the runner had ceased to read."""
+    runner, rules = pair()
+    runner.over()
+    polled(rules, 0)
+    reader = GateReader.__new__(GateReader)
+    reader._gated = runner
+    reader._take_in(GateAnswer(1, 0, True, rules.trip, None))
+    assert runner.trip is None and rules.trip is not None
 
 
 def test_a_machine_that_made_itself_safe_stops_the_gate():
@@ -316,15 +328,15 @@ def test_a_run_through_the_gate():
 
 
 def test_a_step_that_hangs_behind_the_gate_and_parts_after_it():
-    axis = Axis(length=60.0)
+    axis, through = Axis(length=60.0), {"gate": True, "deadline": 0.3}
     with served(axis, timeout=60.0) as server:
         plant = behind(server)
-        with pytest.raises(hwsim.Aborted, match="no sign of the controller for more than 100 ms") as said:
-            hwsim.run(plant, Drive(lambda: time.sleep(0.4) or {"velocity": 9.0}), live=live(gate=True))
+        with pytest.raises(hwsim.Aborted, match="no sign of the controller for more than 300 ms") as said:
+            hwsim.run(plant, Drive(lambda: time.sleep(0.4) or {"velocity": 9.0}), live=live(**through))
         assert said.value.log.outcome.safe_by.values.tolist() == ["gate"]
         assert axis.told[-1][1] == axis.safe and {"velocity": 9.0} not in [each for _, each in axis.told]
         gate, ended = plant._link.gate, Drive(lambda: {"stop": 1.0}, at=3)
-        assert hwsim.run(plant, ended, live=live(gate=True)).outcome.stopped.values.tolist() == [1.0]
+        assert hwsim.run(plant, ended, live=live(**through)).outcome.stopped.values.tolist() == [1.0]
         assert plant._link.gate is gate  # one process for all parts
         assert len(hwsim.run(plant, ended, live=live())) == 1  # the session of this process commands again
         assert plant._link.gate is None and not gate.alive

@@ -34,7 +34,7 @@ from sdpgrind import DamagedFileError, plunge, weldbead
 
 pytestmark = pytest.mark.usefixtures("nothing_collected")
 SAFE = {"close": 1.0}
-TANK = Tank(level=4.0, tick=PERIOD / 2)
+TANK = Tank(level=2.0, tick=PERIOD / 2)
 LONG = 1.0  # deadline where nothing is to be late, s; above what a busy machine makes a thread wait
 
 
@@ -96,8 +96,8 @@ def test_where_nothing_is_late_the_numbers_are_those_of_a_simulation(period):
 
 @pytest.fixture(scope="module")
 def ground():
-    """Log of a part that was ground live, in 1.1 s, and the period of its controller."""
-    problem = plunge.preset("simulation").replace(stock=0.002)
+    """Log of a part that was ground live, in 0.7 s, and the period of its controller."""
+    problem = plunge.preset("simulation").replace(stock=0.001)
     grinder, controller = hwsim.PlungeGrinder(problem), plunge.CycleController(problem)
     safe = hwsim.Live(safe={"retract": 1.0}, deadline=1.0)
     return hwsim.run(grinder, controller, live=safe), controller.period
@@ -120,7 +120,7 @@ def test_tiers_keep_their_own_grids_in_a_live_hierarchy(ground):
         (leaving, "runner", "SystemExit: 3"),
         (not_a_number, "runner", "flow commanded by tap must be a number"),
         (unknown, "runner", "a command of tap must be one of"),
-        (asleep(0.4), "link", "no sign of the controller for more than 100 ms"),
+        (asleep(0.2), "link", "no sign of the controller for more than 100 ms"),
         (looping, "link", "no sign of the controller for more than 100 ms"),
         (INTERRUPT, "link", "SIGINT"),
         (TERMINATE, "link", "SIGTERM"),
@@ -130,7 +130,7 @@ def test_whatever_goes_wrong_the_machine_is_made_safe_first(wrong, by, said):
     log, error = aborted(wrong, deadline=0.1)
     calls = Watched.machines[-1].calls
     assert calls[-1] == (SAFE, 0)
-    assert float(log.outcome.longest_step[-1]) >= (0.4 if "no sign" in said else 0.0)
+    assert float(log.outcome.longest_step[-1]) >= (0.2 if "no sign" in said else 0.0)
     outcome = log.outcome.isel(part=-1)
     assert said in str(error)
     assert said in str(outcome.abort_reason.values)
@@ -169,7 +169,7 @@ def test_a_late_command_takes_effect_when_it_came():
         time.sleep(1.5 * PERIOD)
         return {"flow": 20.0}
 
-    log = hwsim.run(Tank(level=4.0, tick=PERIOD / 2, alarm=-1.0), Failing(opened), live=live())
+    log = hwsim.run(Tank(level=2.5, tick=PERIOD / 2, alarm=-1.0), Failing(opened), live=live())
     level, at = log["tap"].level.values, log["tap"].time.values
     late = int(np.flatnonzero(log["tap"].overrun.values)[0])
     held = (at[late] - at[late - 1]) - (level[late - 1] - level[late]) / 20.0  # flow was 10 for twice as long
@@ -210,7 +210,7 @@ def test_an_event_within_a_late_step_is_told_when_it_was():
 
 
 def test_a_wait_longer_than_the_deadline_is_no_hang():
-    log = hwsim.run(Tank(level=0.7, tick=0.01, alarm=-1.0), Drain(1.0), live=live(deadline=0.3))
+    log = hwsim.run(Tank(level=0.4, tick=0.01, alarm=-1.0), Drain(1.0), live=live(deadline=0.3))
     assert not log.outcome.aborted.any()
 
 
@@ -260,7 +260,7 @@ def test_paused_between_parts():
             return self
 
     operator.pause()
-    threading.Timer(0.3, operator.resume).start()
+    threading.Timer(0.15, operator.resume).start()
     log = hwsim.run(Tank(level=0.5, tick=0.01), Seen(10.0), parts=2, live=operator)
     assert len(log) == 2
     assert "running" in begun[1:]  # the first is the rehearsal
@@ -354,11 +354,11 @@ def test_a_safe_command_outside_the_range_of_the_plant_is_refused():
 
 
 def test_a_hang_after_a_long_wait_is_made_safe_where_the_machine_is_by_then():
-    plant = Tank(level=2.0, tick=0.01, alarm=1.5)  # an event after 0.5 s
+    plant = Tank(level=2.0, tick=0.01, alarm=1.6)  # an event after 0.4 s
     with pytest.raises(hwsim.Aborted) as caught:
-        hwsim.run(plant, Failing(asleep(0.8), at=2, flow=1.0, period=None), live=live(deadline=0.3))
+        hwsim.run(plant, Failing(asleep(0.5), at=2, flow=1.0, period=None), live=live(deadline=0.3))
     outcome = caught.value.log.outcome.isel(part=0)
-    assert 0.8 <= float(outcome.time) <= 1.2  # 0.5 s of flow, 0.3 s of waiting for the controller
+    assert 0.7 <= float(outcome.time) <= 1.1  # 0.4 s of flow, 0.3 s of waiting for the controller
     assert float(outcome.level) == pytest.approx(2.0 - float(outcome.time), abs=0.011)
 
 
@@ -367,7 +367,7 @@ def test_a_finished_part_is_not_late_however_long_its_outcome_takes():
         def start(self, rng):
             machine = super().start(rng)
             found = machine.outcome
-            machine.outcome = lambda: time.sleep(0.5) or found()
+            machine.outcome = lambda: time.sleep(0.35) or found()
             return machine
 
         def with_tick(self, tick):
@@ -388,7 +388,7 @@ def test_a_part_that_was_made_safe_never_counts_as_finished():
         with pytest.raises(hwsim.Aborted) as caught:
             hwsim.run(
                 Heavy(level=4.0, tick=PERIOD / 2),
-                Failing(asleep(0.4), at=at),
+                Failing(asleep(0.2), at=at),
                 parts=3,
                 live=live(deadline=0.1),
             )

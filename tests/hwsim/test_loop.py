@@ -3,12 +3,12 @@
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from math import isnan
-from multiprocessing import get_context
 from typing import ClassVar
 
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, Faster, FixedTank, Tank, noisy_tank
+from hwsim_forked import forked
 from hwsim_inside import same
 
 import hwsim
@@ -198,7 +198,7 @@ def test_threads_give_the_same_parts(parts):
 
 def test_processes_give_the_same_parts():
     serial = hwsim.run(noisy_tank(), Drain(), parts=11, rng=3)
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+    with ProcessPoolExecutor(2, mp_context=forked()) as executor:
         assert same(serial, hwsim.run(noisy_tank(), Drain(), parts=11, rng=3, executor=executor))
         both = {"a": Drain(), "b": Drain(3.0)}
         compared = hwsim.compare(noisy_tank(), both, parts=3, executor=executor)

@@ -18,7 +18,7 @@ from opcua_fakes import Axis, Cable, Drive, live, served
 import hwsim
 import sdpgrind
 from hwsim._live.forwarding import Forwarding
-from hwsim.opcua import _begin
+from hwsim.opcua import _begin, _link, _live_part
 from hwsim.opcua._link import writes
 from hwsim.opcua._live_part import Watch
 from hwsim.opcua._pauses import Pauses
@@ -96,8 +96,8 @@ def loop(seconds):
             "TypeError: velocity must be a number (mm/s); got Decimal('0.01')",
             "runner",
         ),
-        (lambda: time.sleep(0.4) or {}, "no sign of the controller for more than 100 ms", "link"),
-        (lambda: loop(0.4), "no sign of the controller for more than 100 ms", "link"),
+        (lambda: time.sleep(0.2) or {}, "no sign of the controller for more than 100 ms", "link"),
+        (lambda: loop(0.2), "no sign of the controller for more than 100 ms", "link"),
         (lambda: (_ for _ in ()).throw(KeyboardInterrupt), "KeyboardInterrupt", "runner"),
     ],
 )
@@ -177,8 +177,26 @@ def test_an_abort_at_the_machine_reaches_the_run():
     assert control.reason == "emergency exit" and not velocities_after_safe(axis)
 
 
+class Pausing(Calling):
+    """Has the machine paused in its first part; ends a part five steps after it knows of the pause."""
+
+    def __deepcopy__(self, memo):
+        return Pausing(self.server, *self.call, at=self.at, period=self.period)
+
+    def reset(self):
+        super().reset()
+        self.left = 5
+        if self.server.state["parts"]:
+            self.at = 0
+
+    def step(self, **measured):
+        command = super().step(**measured)
+        self.left -= bool(self.server.state["paused"] or self.server.state["parts"])
+        return command if self.left > 0 else {"stop": 1.0}
+
+
 def test_a_pause_at_the_machine_ends_after_the_part_and_goes_on():
-    axis, control = Axis(length=1.0), live()
+    axis, control = Axis(length=60.0), live()
 
     def resume_between_parts():
         while not (server.state["paused"] and server.state["parts"] == 1 and control.state == "paused"):
@@ -188,7 +206,7 @@ def test_a_pause_at_the_machine_ends_after_the_part_and_goes_on():
     with served(axis) as server:
         resume = threading.Thread(target=resume_between_parts, daemon=True)
         resume.start()
-        log = hwsim.run(behind(server), Calling(server, "Pause"), parts=2, live=control)
+        log = hwsim.run(behind(server), Pausing(server, "Pause"), parts=2, live=control)
         resume.join()
         assert server.state["parts"] == 2
     assert [(act.who, act.what) for act in control.acts[:2]] == [("machine", "pause"), ("machine", "resume")]
@@ -299,7 +317,9 @@ def test_a_cut_link_ends_the_part_and_the_machine_makes_itself_safe():
         cable.close()
 
 
-def test_after_a_stall_nothing_is_delivered_late_and_the_session_is_not_used_again():
+def test_after_a_stall_nothing_is_delivered_late_and_the_session_is_not_used_again(monkeypatch):
+    for waiting in (_link, _live_part):
+        monkeypatch.setattr(waiting, "ANSWER", 0.5)  # s; an answer takes milliseconds
     axis = Axis(length=60.0)
     with served(axis, timeout=0.2) as server:
         cable = Cable(int(server.url.rpartition(":")[2]))
@@ -568,7 +588,7 @@ def test_a_command_that_ends_the_part_is_told(axis):
 
 
 def test_shadow_writes_nothing_and_logs_both_commands():
-    axis = Axis(length=0.4)
+    axis = Axis(length=0.2)
     with served(axis, controller=Drive()) as server:
         log = hwsim.run(behind(server), Drive(), live=hwsim.Live(shadow=True))
         assert server.state["writes"] == 0 and server.state["operator"] == ""
@@ -599,10 +619,11 @@ def test_a_shadow_says_that_it_waits_and_a_stand_without_its_own_control_is_told
 
 
 def test_a_shadow_tells_commands_that_the_machine_would_refuse():
-    with served(Axis(length=0.4), controller=Drive()) as server:
+    with served(Axis(length=0.2), controller=Drive()) as server:
         said = r"the controller would be refused: velocity must be in \[-10, 10\] \(mm/s\); got 50"
         with pytest.warns(UserWarning, match=said):
-            log = hwsim.run(behind(server), Drive(lambda: {"velocity": 50.0}), live=hwsim.Live(shadow=True))
+            odd = Drive(lambda: {"velocity": 50.0}, at=2)
+            log = hwsim.run(behind(server), odd, live=hwsim.Live(shadow=True))
     assert log.outcome.aborted.values.tolist() == [0.0] and 50.0 in log["controller"].velocity_command
 
 

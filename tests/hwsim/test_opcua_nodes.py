@@ -51,7 +51,7 @@ KINDS = {
 class Foreign:
     """A PLC that counts samples and ends a part after `samples` of them."""
 
-    def __init__(self, samples=30):
+    def __init__(self, samples=20):
         self.samples, self.speeds, self.lives, self.starts = samples, [], set(), []
         self.bad = {}  # sample of a part -> node and its quality from then on
         self.over, ready = threading.Event(), threading.Event()
@@ -125,7 +125,7 @@ def test_a_foreign_machine_runs_in_the_units_of_the_library(plc, tmp_path, gate)
     assert dict(plant.measures) == {"place": "mm"} and dict(plant.accepts) == {"velocity": "mm/s"}
     np.testing.assert_allclose(plant.ranges["velocity"], (-10.0, 10.0), rtol=1e-15)
     assert hwsim.check(plant, Drive()) and plant.look() == {"place": 0.25}
-    log = hwsim.run(plant, Drive(), parts=2, live=live(safe={"velocity": 0.0}, gate=gate))
+    log = hwsim.run(plant, Drive(), parts=2, live=live(safe={"velocity": 0.0}, deadline=1.0, gate=gate))
     assert log.outcome.aborted.values.tolist() == [0.0, 0.0]
     first = plc.starts[-2]
     assert plc.starts[-2:] == [first, first + 1]
@@ -136,12 +136,12 @@ def test_a_foreign_machine_runs_in_the_units_of_the_library(plc, tmp_path, gate)
 
 @pytest.mark.parametrize(("name", "more"), [("Done", ""), ("Event", 'event = "ns=2;s=DB.Event"\n')])
 def test_what_is_not_known_is_no_end_and_no_event(plc, tmp_path, name, more):
-    plc.bad = {8: (name, ua.StatusCodes.BadCommunicationError), 16: (name, ua.StatusCodes.Good)}
+    plc.bad = {6: (name, ua.StatusCodes.BadCommunicationError), 12: (name, ua.StatusCodes.Good)}
     plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path, TABLE + more), security="none")
     log = hwsim.run(plant, Drive(), live=live(safe={"velocity": 0.0}, stale=2.0))
     plc.bad = {}
     assert log.outcome.aborted.values.tolist() == [0.0]
-    assert log["controller"].time.values[-1] > 0.2  # the part takes 0.3 s or more, and was bad from 0.08 s
+    assert log["controller"].time.values[-1] > 0.14  # the part takes 0.2 s or more, and was bad from 0.06 s
     plant.close()
 
 
@@ -240,7 +240,7 @@ def failing(machine, name, after):
 @pytest.mark.parametrize(("method", "gate"), [("written", False), ("seen", False), ("seen", True)])
 def test_an_error_of_a_task_makes_the_machine_safe(plc, tmp_path, method, gate):
     plant = hwsim.OpcuaPlant(plc.url, nodes=table(tmp_path), security="none")
-    failing(plant._remote, method, after=12)
+    failing(plant._remote, method, after=6)
     with pytest.raises(hwsim.Aborted, match="ArithmeticError: odd") as said:
         hwsim.run(plant, Drive(), live=live(safe={"velocity": 0.0}, gate=gate))
     assert said.value.log.outcome.safe_by.values.tolist() == ["gate" if gate else "link"]

@@ -162,7 +162,7 @@ def test_a_machine_whose_operator_left_within_a_command_makes_itself_safe():
 
 def test_a_part_whose_starter_left_before_the_answer_is_kept_alive_by_nobody_else():
     axis = Held("start")
-    with served(axis, timeout=1.0) as server:
+    with served(axis, timeout=0.5) as server:
         plant, other = (hwsim.OpcuaPlant(server.url, security="none") for _ in range(2))
         left_while_held(server, axis, plant, plant._remote.start(1, "1"))
         assert until(lambda: server.state["part"] == 1)

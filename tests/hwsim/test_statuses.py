@@ -139,19 +139,18 @@ def test_garbage_is_not_searched_for_where_a_command_ends(monkeypatch, capsys):
         gc.unfreeze()
 
 
-def test_a_closed_standard_error_changes_nothing():
-    """The first line of a command went to its output."""
-    quiet = subprocess.run(
-        [*COMMAND, *RING], stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2), text=True
-    )
-    assert quiet.returncode == 0 and quiet.stdout.startswith("file    ring.x3p: 500 points\n")
-
-
-def test_what_nobody_reads_on_standard_error_changes_nothing():
-    """With a reader that had gone nothing was done."""
-    quiet = Command(*RING, unread=True)
+@pytest.mark.parametrize("how", ["closed", "unread"])
+def test_a_standard_error_that_takes_nothing_changes_nothing(how):
+    """Closed, the first line of a command went to its output; with a reader that had gone nothing was done."""
+    quiet = Command(*RING, **{how: True})
     out, _ = quiet.communicate()
     assert quiet.returncode == 0 and out.startswith("file    ring.x3p: 500 points\n")
+
+
+def test_what_is_told_goes_nowhere_where_standard_error_is_closed_from_the_beginning():
+    told = [*COMMAND, "verify", "missing.db"]
+    quiet = subprocess.run(told, stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2), text=True)
+    assert (quiet.returncode, quiet.stdout) == (2, "")
 
 
 def test_a_second_writer_is_refused_with_the_first_ones_name(tmp_path, capsys):

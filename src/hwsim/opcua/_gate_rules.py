@@ -17,6 +17,7 @@ from hwsim.opcua._slots import Slots
 RECORD: Final = 1 << 22  # bytes for two records each way; chosen: a message of 1 MiB, and its names
 NOTHING, ASK, OVER = range(3)
 """What a runner wants beside commands: the safe command, or that nothing more is written."""
+PART_OVER: Final = "the part is over"  # a reason that breaks nothing off
 _HEAD: Final = struct.Struct("<QQqqBH")  # part, number, ns twice, what is wanted, bytes of who and why
 _LONGEST = 1000  # characters of a reason; chosen: a line on a screen has less
 
@@ -161,4 +162,4 @@ class GatedForwarding(Forwarding):
     def over(self) -> None:
         """Say that the part is over: nothing is written any more but a safe command that was asked for."""
         if self._said.wanted == NOTHING:
-            self._say(wanted=OVER, reason="the part is over", by=self.by)
+            self._say(wanted=OVER, reason=PART_OVER, by=self.by)

@@ -10,7 +10,7 @@ from hwsim._live.live import Live
 from hwsim._processor.tasks import NANOSECONDS
 from hwsim.opcua._declaration import Declaration
 from hwsim.opcua._gate import Gate
-from hwsim.opcua._gate_rules import GateAnswer, GatedForwarding
+from hwsim.opcua._gate_rules import PART_OVER, GateAnswer, GatedForwarding
 from hwsim.opcua._live_part import RemotePart
 from hwsim.opcua._machine import RemoteMachine
 from hwsim.opcua._pauses import Pauses
@@ -83,7 +83,7 @@ class GateReader(Pulse):
         self.taken = answer.taken
         if answer.refusal is not None:
             self.refusal = ValueError(answer.refusal)
-        if answer.trip is not None:
+        if answer.trip is not None and answer.trip.reason != PART_OVER:
             self._gated.trip = answer.trip
 
 
