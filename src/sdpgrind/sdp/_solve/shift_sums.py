@@ -11,7 +11,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.grid import Ints
 
 BLOCKS = 4  # chosen: column blocks of the matrix product without its lower triangle; fixed for equal bits
-BLOCK = 16  # chosen: rows whose transforms have one length; more share fewer lags, fewer cost overhead
+# chosen: rows whose transforms have one length, a third of a scan of 51 levels: a block that holds the end of
+# one and the beginning of the next is as long as both. More share fewer lags, fewer cost overhead
+BLOCK = 17
 TOGETHER = 2**16  # chosen: entries transformed back together; fewer cost overhead, more leave the cache
 SIZES = 8  # chosen: lengths of transforms for each number of nodes; fewer are too long, more seldom shared
 
