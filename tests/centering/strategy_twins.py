@@ -24,7 +24,7 @@ QUICK = (
     PushKind("gentle", 10.0, True),
     PushKind("gentle", 40.0, True),
 )
-COARSE = Size(64, 5)
+COARSE = Size(40, 3)
 
 
 def quick_strategy(problem, *, kinds=QUICK, size=COARSE, executor=None, spindle_speed="scheduled"):

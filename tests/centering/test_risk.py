@@ -17,7 +17,7 @@ PROBLEM = preset("printed").replace(mass=12.0, radius=85.0, friction_range=(0.6,
 
 @pytest.fixture(scope="module")
 def strategy():
-    return quick_strategy(PROBLEM, kinds=QUICK, size=Size(48, 5))
+    return quick_strategy(PROBLEM, kinds=QUICK, size=Size(40, 3))
 
 
 @pytest.fixture(scope="module")

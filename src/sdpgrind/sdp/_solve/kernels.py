@@ -197,6 +197,16 @@ def _descend(
 
 
 @compiled(fastmath=REORDER)
+def _lows(line, before, after):
+    """First and last node at which `line` is lower than its neighbours; none: any with last < first."""
+    first, last = line.size, -1
+    for node in range(line.size):  # without a branch, so that it vectorises
+        low = (line[node] < before[node]) & (line[node] <= after[node])
+        first, last = min(first, node if low else line.size), max(last, node if low else -1)
+    return first, last
+
+
+@compiled(fastmath=REORDER)
 def _search(
     group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out, state
 ):
@@ -222,7 +232,8 @@ def _search(
                 before = coarse_q[k - 1] if k > begin else none
                 after = coarse_q[k + 1] if k < end else none
                 f = (k - a * scanned) * stride
-                for node in range(nodes):
+                first, last = _lows(line, before, after)
+                for node in range(first, last + 1):
                     q = line[node]
                     if not (q < before[node] and q <= after[node]):
                         continue

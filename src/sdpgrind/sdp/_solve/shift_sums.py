@@ -1,6 +1,7 @@
 """Sums of weights times values over all lags, for many rows at every node: as matrices, or by transforms."""
 
 import itertools
+from bisect import bisect_left
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,13 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.grid import Ints
 
 BLOCKS = 4  # chosen: column blocks of the matrix product without its lower triangle; fixed for equal bits
-BLOCK = 16  # chosen: rows transformed back together; more share fewer lags, fewer cost overhead
+# chosen: rows whose transforms have one length, a third of a scan of 51 levels: a block that holds the end of
+# one and the beginning of the next is as long as both. More share fewer lags, fewer cost overhead
+BLOCK = 17
+TOGETHER = 2**16  # chosen: entries transformed back together; fewer cost overhead, more leave the cache
 SIZES = 8  # chosen: lengths of transforms for each number of nodes; fewer are too long, more seldom shared
+
+_Block = tuple[slice, int, int, Any]  # rows, first and last lag, their transforms
 
 
 class Product:
@@ -44,18 +50,26 @@ class Product:
 class Convolution:
     """`Product` for many nodes, by Fourier transforms: of blocks of rows, kept, and of the value once a call.
 
-    A transform is as long as the nodes and the lags of its block.
+    A transform is as long as the nodes and the lags of its block; blocks with equal lengths are transformed
+    back together.
     """
 
     def __init__(self, weight: Floats, rows: Ints, nodes: int, first_lag: int) -> None:
         self._nodes = nodes
-        self._blocks = []
+        by_size: dict[int, list[_Block]] = {}
         for k in range(0, len(rows), BLOCK):
             part = weight[rows[k : k + BLOCK]]
             low, high = _columns_used(part)
             size = self._size(high - low + 1)
-            spectrum = fft.rfft(part[:, low : high + 1], size, axis=1)
-            self._blocks.append((slice(k, k + len(part)), low + first_lag, high + first_lag, size, spectrum))
+            lines = slice(k, k + len(part)), low + first_lag, high + first_lag
+            block = *lines, fft.rfft(part[:, low : high + 1], size, axis=1)
+            by_size.setdefault(size, []).append(block)
+        self._groups = [
+            (size, *_together(blocks[k : k + count]))
+            for size, blocks in by_size.items()
+            for count in [max(1, TOGETHER // (size * BLOCK))]
+            for k in range(0, len(blocks), count)
+        ]
 
     def _size(self, lags: int) -> int:
         """Length of the transforms for a number of lags."""
@@ -65,18 +79,32 @@ class Convolution:
     def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
         """Convolve; `flipped` is the value from the top node down, 0 at node 0."""
         values: dict[int, Any] = {}
-        for block, low, high, size, spectrum in self._blocks:
-            some = slice(max(rows.start, block.start), min(rows.stop, block.stop))
-            if some.start >= some.stop:
+        for size, numbers, spectrum, blocks in self._groups:
+            first, last = (bisect_left(numbers, row) for row in (rows.start, rows.stop))
+            if first >= last:
                 continue
             if size not in values:
                 values[size] = fft.rfft(flipped[::-1], size)
-            product = spectrum[some.start - block.start : some.stop - block.start] * values[size]
-            found = fft.irfft(product, size, axis=1, overwrite_x=True)
-            begin, end = max(low + 1, 0), min(self._nodes + high, self._nodes)  # nodes that end on another
-            line = out[some.start - rows.start : some.stop - rows.start]
-            line[:, begin:end] = found[:, begin - low : end - low]
-            line[:, :begin] = line[:, end:] = 0.0
+            found = fft.irfft(spectrum[first:last] * values[size], size, axis=1, overwrite_x=True)
+            at = 0
+            for block, low, high in blocks:
+                some = slice(max(rows.start, block.start), min(rows.stop, block.stop))
+                if some.start < some.stop:
+                    line = out[some.start - rows.start : some.stop - rows.start]
+                    self._put(found[at : at + len(line)], low, high, line)
+                    at += len(line)
+
+    def _put(self, found: Floats, low: int, high: int, out: Floats) -> None:
+        """Copy the sums at the nodes that end on another one; zeros elsewhere."""
+        begin, end = max(low + 1, 0), min(self._nodes + high, self._nodes)
+        out[:, begin:end] = found[:, begin - low : end - low]
+        out[:, :begin] = out[:, end:] = 0.0
+
+
+def _together(blocks: list[_Block]) -> tuple[list[int], Any, list[tuple[slice, int, int]]]:
+    """Numbers of all rows, their transforms, and (rows, first lag, last lag) of each block."""
+    numbers = [row for block in blocks for row in range(block[0].start, block[0].stop)]
+    return numbers, np.concatenate([block[3] for block in blocks]), [block[:3] for block in blocks]
 
 
 def _columns_used(weight: Floats) -> tuple[int, int]:
