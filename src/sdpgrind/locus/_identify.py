@@ -24,6 +24,7 @@ _RANK = 1e-6  # chosen: singular value over the greatest, of relative values; le
 _SHARE = 1e-3  # chosen: component along an undetermined direction that names a field; less is rounding
 _SPARE = 3  # derived: readings beyond the values, for the variance and the correlation of the noise
 _ROUNDS = 2  # measured: fits with the noise of the responses; a third moves no interval by 1 %
+_MADE = "_laws"  # attribute of a problem that keeps its laws by the names of their fields
 _EXACT = 1e-9  # chosen: least noise of a response over its size; less is rounding
 _LATE = "leave out the rows in which it still follows a change"
 _WRONG = "other values are wrong, too, or the law is another; problem.doubts(data) tries pairs of values"
@@ -176,6 +177,14 @@ class _Law(NamedTuple):
 
 
 def _laws(problem: Problem, names: Sequence[str]) -> list[_Law]:
+    """Return the laws of all responses, with symbols as fields; a problem keeps them."""
+    made: dict[tuple[str, ...], list[_Law]] = problem.__dict__.setdefault(_MADE, {})
+    if (key := tuple(names)) not in made:
+        made[key] = _made(problem, key)
+    return made[key]
+
+
+def _made(problem: Problem, names: Sequence[str]) -> list[_Law]:
     """Laws of all responses, with symbols as fields."""
     fields = ca.SX.sym("fields", len(names))
     model = _with_symbols(problem.model, dict(zip(names, ca.vertsplit(fields), strict=True)))

@@ -42,7 +42,8 @@ NOTHING = frozenset(
 """Words for nothing, in small letters."""
 TRUTHS = {"true": 1.0, "false": 0.0}
 _SPACES = str.maketrans("\u2212", "-", "\u00a0\u202f\u2009")
-_THREES = re.compile(r"(?<=\d)[ '\u2019](?=\d{3}(?!\d))")
+_MARK = re.compile(r"[ '\u2019]")
+_THREES = re.compile(rf"(?<=\d){_MARK.pattern}(?=\d{{3}}(?!\d))")
 """Blanks and apostrophes between groups of three digits."""
 _NO_GROUPS = re.compile(r"[+-]?0\d*[ '\u2019]")  # the first group of a number above 999 is not zero
 _TIME = re.compile(
@@ -78,8 +79,8 @@ def has_stamp(line: str) -> bool:
 
 def kind(cell: str, decimal: str) -> str:
     """n: number, g: number in groups of three, t: time, e: empty or a word for nothing, w: another word."""
-    bare = _bare(cell)
-    if _PLAIN[decimal].fullmatch(bare):
+    plain = _PLAIN[decimal].fullmatch
+    if plain(cell) or plain(bare := _bare(cell)):  # most cells are numbers as they stand
         return "n"
     if bare.lower() in NOTHING:
         return "e"
@@ -90,16 +91,19 @@ def kind(cell: str, decimal: str) -> str:
 
 def _bare(cell: str) -> str:
     """A cell without the marks between groups of three, which are no decimal sign."""
-    plain = cell.translate(_SPACES)
-    return plain if _NO_GROUPS.match(plain) else _THREES.sub("", plain)
+    plain = cell if cell.isascii() else cell.translate(_SPACES)
+    if not _MARK.search(plain) or _NO_GROUPS.match(plain):
+        return plain
+    return _THREES.sub("", plain)
 
 
 def number(cell: str, decimal: str, missing: Collection[str] = ()) -> float | None:
     """Return the number of a cell, NaN for nothing, None for another word."""
-    bare = _bare(cell.strip())
-    if _PLAIN[decimal].fullmatch(bare):
+    bare = own = cell.strip()
+    plain = _PLAIN[decimal].fullmatch
+    if plain(own) or plain(bare := _bare(own)):
         return float(bare.replace(",", "."))
-    if cell.strip() in missing or bare.lower() in NOTHING:
+    if own in missing or bare.lower() in NOTHING:
         return float("nan")
     if _GROUPED[decimal].fullmatch(bare):
         return float(bare.replace("." if decimal == "," else ",", "").replace(",", "."))

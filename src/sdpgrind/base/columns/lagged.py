@@ -69,18 +69,21 @@ def _rows(way: Floats, size: Floats, contact: int) -> npt.NDArray[np.int64]:
 
 def _lagged(time: Floats, way: Floats, lags: Floats) -> Floats:
     """Way behind lags (k, n), straight from row to row."""
-    found = np.zeros((lags.size, time.size))
-    for k, (step, moved) in enumerate(zip(np.diff(time), np.diff(way), strict=True)):
-        behind = moved / step * lags
-        found[:, k + 1] = way[k + 1] - behind + (found[:, k] - way[k] + behind) * np.exp(-step / lags)
-    return found
+    step, moved = np.diff(time)[:, None], np.diff(way)[:, None]
+    behind, stays = moved / step * lags, np.exp(-step / lags)
+    end, found = way[1:, None] - behind, np.zeros((time.size, lags.size))
+    for row, (begin, lag, share, to) in enumerate(zip(way[:-1].tolist(), behind, stays, end, strict=True)):
+        after = np.subtract(found[row], begin, out=found[row + 1])
+        after += lag
+        after *= share
+        after += to
+    return found.T
 
 
 def _fits(time: Floats, way: Floats, size: Floats, lags: Floats) -> Floats:
     """Ratio and sum of squares of each lag, (2, k)."""
-    found = np.empty((2, lags.size))
-    for k, (lag, lagged) in enumerate(zip(lags, _lagged(time, way, lags), strict=True)):
-        basis = np.stack([lagged, np.ones(size.size), np.exp(-time / lag)], axis=1)
-        values = np.linalg.lstsq(basis, size, rcond=None)[0]
-        found[:, k] = values[0], np.sum((size - basis @ values) ** 2)
-    return found
+    columns = _lagged(time, way, lags), np.ones((lags.size, time.size)), np.exp(-time / lags[:, None])
+    basis = np.stack(columns, axis=2)
+    values = np.linalg.pinv(basis, rcond=np.finfo(float).eps * time.size) @ size
+    left = size - np.einsum("kij,kj->ki", basis, values)
+    return np.stack([values[:, 0], np.einsum("ki,ki->k", left, left)])

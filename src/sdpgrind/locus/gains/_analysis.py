@@ -126,7 +126,7 @@ class GainDesign(Frozen):
         s : float or array
             Coordinate.
         """
-        return np.abs(self.stretch.rows(s)[..., -1])
+        return np.abs(self.stretch.slopes.at(s)[..., 0])
 
     def stable_range(
         self, gain: float, *, kp: float = 0.0, kd: float = 0.0

@@ -102,7 +102,7 @@ def design_gain(
     low, high = sorted(stretch.coordinate_of(np.array(declared)).tolist())
 
     def slope(s: Floats) -> Floats:
-        return np.abs(stretch.rows(s)[..., -1])
+        return np.abs(stretch.slopes.at(s)[..., 0])
 
     stable = 2 * least(lambda s: 1 / slope(s), (low, high))[0]
     free = _free(stretch, begin, (low, high), lambda s: np.ones(s.shape), 0.5 * stable)
@@ -163,7 +163,7 @@ def declared_range(stretch: Stretch, x: Any) -> tuple[float, float]:
 def _check_slope(stretch: Stretch, x: tuple[float, float]) -> None:
     """Refuse a slack that is not strictly monotone along the locus."""
     low, high = sorted(stretch.coordinate_of(np.array(x)).tolist())
-    slopes = stretch.rows(np.linspace(low, high, 257))[:, -1]
+    slopes = stretch.slopes.at(np.linspace(low, high, 257))[:, 0]
     if np.any(slopes == 0) or np.any(np.sign(slopes) != np.sign(slopes[0])):
         raise ValueError(
             "along must be a coordinate along which the slack changes one way;"

@@ -38,5 +38,5 @@ class GainSchedule(Described):
         s : float or array
             Coordinate.
         """
-        k = self.theta / np.abs(self.stretch.rows(s)[..., -1])
+        k = self.theta / np.abs(self.stretch.slopes.at(s)[..., 0])
         return k if np.ndim(s) else float(k)
