@@ -202,11 +202,11 @@ class Recipe:
 
     @property
     def taken(self) -> tuple[Any, ...]:
-        """Constants of the step in the library."""
+        """Constants of the step in the library, in the units of the step (mm, s, N ...)."""
         return self.law if self.library_law is None else self.library_law
 
     def entry(self) -> Callable[..., Any]:
-        """Return the step compiled for the library's constants; nothing guards types of arguments."""
+        """Return the step compiled for the constants (mm, s, N ...) of the library; it guards no types."""
         row = [0.0] * len(self.inputs)
         out = np.zeros(len(self.outputs) if self.program is None else self.program.width)
         return self.step.entry(self.state, *self.taken, *row, *self.after, out)
