@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import norm
 from sdp_inside import Menu
 
 import sdpgrind
@@ -365,24 +366,39 @@ def test_a_step_forward_is_adjoint_to_a_step_back():
     ("confidence", "expected"),
     [(0.0, 1.05), (0.3, 0.9 / 0.7), (0.5, (0.2 * 2 + 0.3) / 0.5), (0.8, 2.0), (0.95, 2.0), (0.999, 2.0)],
 )
-def test_cvar_by_hand(confidence, expected):
+@pytest.mark.parametrize("extra", [0.0, 0.25])
+def test_cvar_by_hand(confidence, expected, extra):
     law = sdp.Discrete([1.0, 1.5, 2.2], [0.5, 0.3, 0.2])
     move = sdp.Move("go", {"n": [0.0]}, sdp.Shift("x", lambda s, c: law), charge=-10.0)
-    stop = sdp.Stop("s", sdp.Charge(under=sdp.Linear(1.0), over=sdp.Linear(10.0)))
+    charge = sdp.Charge(under=sdp.Linear(1.0), over=sdp.Linear(10.0))
+    stop = sdp.Stop("s", charge, extra=lambda s: extra)
     axis = sdp.Axis("x", 0.0, 2.0, 21, below="stop")
     policy = sdp.plan(sdp.Problem([axis], [move], [stop], sdp.Stages(1, 1.0)))
     found = policy.distribution(x=2.0, time_left=1)
     # Charges 1, 0.5 and 10 * 0.2 $, with 5, 3 and 2 in ten. The worst 70 %: all of the 2 $, all of the 1 $.
-    expected = {0.3: (0.2 * 2 + 0.5 * 1) / 0.7}.get(confidence, expected)
-    # The minimiser knows the level of an atom in a tail to 1.5e-8 of it; the slope there is up to 1/(1 -
-    # confidence).
-    assert found.cvar(confidence) == pytest.approx(expected, abs=4e-8 / (1 - confidence))
+    expected = {0.3: (0.2 * 2 + 0.5 * 1) / 0.7}.get(confidence, expected) + extra
+    # The quantile is known to 1e-15 of 2 $, an expectation to some of its last bits.
+    assert found.cvar(confidence) == pytest.approx(expected, abs=1e-14 / (1 - confidence))
     assert found.on_the_way == pytest.approx(-10.0) and found.moves == pytest.approx(1.0)
     assert found.probability_below == pytest.approx(0.2)
-    assert found.mean == pytest.approx(policy.value(x=2.0, time_left=1)) == pytest.approx(1.05 - 10)
-    assert found.exceeds(1.5) == pytest.approx(0.2, abs=1e-6) and found.exceeds(0.7) == pytest.approx(
-        0.7, abs=1e-6
-    )
+    assert found.mean == pytest.approx(policy.value(x=2.0, time_left=1)) == pytest.approx(1.05 + extra - 10)
+    levels = np.array([-0.1, 0.0, 0.4, 0.6, 0.9, 1.1, 1.9, 2.1]) + extra
+    odds = [1.0, 1.0, 1.0, 0.7, 0.7, 0.2, 0.2, 0.0]
+    assert [found.exceeds(level) for level in levels] == pytest.approx(odds, abs=1e-14)
+
+
+def test_a_constant_charge_is_exceeded_below_it_alone():
+    law = sdp.Normal(0.5, 0.4)
+    move = sdp.Move("go", {"n": [0.0]}, sdp.Shift("x", lambda s, c: law))
+    stop = sdp.Stop("s", sdp.Charge(under=sdp.Linear(1.0), over=sdp.Constant(3.0, tolerance=0.1)))
+    axis = sdp.Axis("x", 0.0, 1.0, 21, below="stop", above="hold")
+    policy = sdp.plan(sdp.Problem([axis], [move], [stop], sdp.Stages(1, 1.0)))
+    found = policy.distribution(x=1.0, time_left=1)
+    gone = float(norm.sf(1.1, 0.5, 0.4))
+    assert [found.exceeds(level) for level in (1.01, 2.9, 3.0, 3.1)] == pytest.approx([gone, gone, 0.0, 0.0])
+    within = float(norm.cdf(1.1, 0.5, 0.4)) - found.probability[found.charge > 0].sum()
+    assert 0.01 < within == pytest.approx(1 - found.exceeds(0.0), rel=1e-9)
+    assert found.cvar(1 - gone / 2) == pytest.approx(3.0, rel=1e-13)
 
 
 def test_negative_charges_have_a_mean_and_a_cvar_too():

@@ -1,13 +1,12 @@
 """Exact distribution of a policy's final penalty, by the forward recursion adjoint to the backward one."""
 
 from collections import defaultdict
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -33,7 +32,8 @@ class Left:
 class Distribution:
     """Distribution of the final penalty: atoms at nodes of stopping, and exact tails beyond stopping edges.
 
-    In-path charges are not part of it; their expectation is `on_the_way`. Exact for the process that the
+    In-path charges are not part of it, nor is what left by an edge with a value-to-go of its own; their
+    expectation is `on_the_way`. Exact for the process that the
     table solves, with outcomes put on neighbour nodes at random.
 
     Attributes
@@ -60,7 +60,7 @@ class Distribution:
 
     @property
     def total(self) -> float:
-        """Total probability (1, up to rounding)."""
+        """Total probability: 1, up to rounding, less what left by an edge that is a number of $."""
         return float(self.probability.sum() + self._gone(1) + self._gone(-1))
 
     @property
@@ -92,9 +92,11 @@ class Distribution:
         )
 
     def exceeds(self, level: float) -> float:
-        """Return P(penalty > level), for a level in $."""
-        step = 1e-7 * max(1.0, abs(level))
-        return (self.excess(level) - self.excess(level + step)) / step
+        """Return P(penalty > level), for a level in $; an atom within rounding of the level may count."""
+        total = float(self.probability @ (self.charge > level))
+        return total + sum(
+            float(left.probability @ left.tail.exceeds(level - left.extra)) for left in self.tails
+        )
 
     def cvar(self, confidence: float) -> float:
         """Return the conditional value at risk: mean penalty ($) of the worst ``1 - confidence`` of cases.
@@ -102,20 +104,23 @@ class Distribution:
         Rockafellar and Uryasev: the least of ``c + E (penalty - c)+ / (1 - confidence)`` over c.
         """
         checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
-        low = self._least
         if confidence == 0:
-            return low + self.excess(low)
+            return self._least + self.excess(self._least)
+        level = self._quantile(confidence)  # where that is least
+        return level + self.excess(level) / (1 - confidence)
 
-        def bound(level: float) -> float:
-            return level + self.excess(level) / (1 - confidence)
+    def _quantile(self, confidence: float) -> float:
+        """Penalty that is exceeded with a probability of ``1 - confidence``, $."""
 
-        high = max(1e-12, float(self.charge.max(initial=0.0)))
-        while self.excess(high) > 1e-12 * (1 - confidence):
+        def surplus(level: float) -> float:
+            return self.exceeds(level) - (1 - confidence)
+
+        low, high = self._least, max(1e-12, float(self.charge.max(initial=0.0)))
+        while surplus(high) > 0:
             high *= 2
-        fine = {"xatol": 1e-12 + 1e-10 * (high - low)}
-        between = float(minimize_scalar(bound, bounds=(low, high), method="bounded", options=fine).x)
-        atoms = np.unique(self.charge[self.probability > 1e-6])[:64]
-        return min(bound(low), bound(between), _least(bound, atoms))
+        if surplus(low) <= 0:
+            return low
+        return float(brentq(surplus, low, high, xtol=1e-15 * (high - low)))  # at an atom the slope is steep
 
     def _gone(self, sign: int) -> float:
         return sum(
@@ -123,18 +128,6 @@ class Distribution:
             for left in self.tails
             if left.tail.end.sign == sign
         )
-
-
-def _least(convex: Callable[[float], float], places: Floats) -> float:
-    """Least value of a convex function at rising places, by halving; inf of none."""
-    low, high = 0, places.size - 1
-    while low < high:
-        middle = (low + high) // 2
-        if convex(places[middle]) <= convex(places[middle + 1]):
-            high = middle
-        else:
-            low = middle + 1
-    return convex(places[low]) if places.size else np.inf
 
 
 def distribution(policy: Solution, state: dict[str, Any], nodes: npt.ArrayLike | None = None) -> Distribution:

@@ -1,6 +1,7 @@
 """Results of moves: the best of each at grid nodes, and exact one-step distributions from any points."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.optimize import brentq
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._distributions.law import Law
 from sdpgrind.sdp._problem.grid import Ints
+from sdpgrind.sdp._problem.one_sided import OneSided
 from sdpgrind.sdp._transitions.edges import Exit, beyond
 
 
@@ -36,29 +38,43 @@ class Tail:
         if level <= 0:
             gone = self.end.probability(self.law, self.x)
             return np.asarray(self.end.charge(self.law, self.x, gone) - level * gone)
-        start = self._distance(level)
+        start = _distance(self.end.parts, level)
         if not np.isfinite(start):
             return np.zeros(self.x.shape)
         place = y + self.end.sign * start
         moment = "expected_over" if self.end.sign > 0 else "expected_under"
         pieces = [piece for part in self.end.parts for piece in beyond(part, start)]
-        passed = self.law.over(place, 0) if self.end.sign > 0 else self.law.under(place, 0)
-        return np.asarray(sum(getattr(piece, moment)(self.law, place) for piece in pieces) - level * passed)
+        over = sum(getattr(piece, moment)(self.law, place) for piece in pieces)
+        return np.asarray(over - level * self._passed(start))
 
-    def _distance(self, level: float) -> float:
-        """Distance beyond the end at which the charge reaches `level`; inf: never."""
+    def exceeds(self, level: float) -> Floats:
+        """Return P(charge > level) of the mass that left, for each point; `level` in $ may be < 0."""
+        if level < 0:
+            return self.end.probability(self.law, self.x)
+        start = _distance(self.end.parts, level)
+        return self._passed(start) if np.isfinite(start) else np.zeros(self.x.shape)
 
-        def over(z: float) -> float:
-            return float(sum(part(z) for part in self.end.parts)) - level
+    def _passed(self, distance: float) -> Floats:
+        """Probability of passing the end by more than a distance, for each point."""
+        place = np.subtract(self.x, self.end.place) + self.end.sign * distance
+        return self.law.over(place, 0) if self.end.sign > 0 else self.law.under(place, 0)
 
-        if over(1e-300) >= 0:
-            return 0.0
-        reach = 1.0
-        while over(reach) < 0:
-            reach *= 2
-            if reach > 1e9:
-                return float("inf")
-        return float(brentq(over, 0.0, reach, xtol=1e-15))
+
+@lru_cache(maxsize=256)  # moves that leave by one end share it
+def _distance(parts: tuple[OneSided, ...], level: float) -> float:
+    """Distance beyond an end from which the sum of its charges is above `level`, $ >= 0; inf: nowhere."""
+
+    def above(z: float) -> float:
+        return float(sum(part(z) for part in parts)) - level or -5e-324  # equal is not above
+
+    if above(1e-300) > 0:
+        return 0.0
+    reach = 1.0
+    while above(reach) < 0:
+        reach *= 2
+        if reach > 1e9:
+            return float("inf")
+    return float(brentq(above, 0.0, reach, xtol=1e-15))
 
 
 @dataclass(frozen=True)
